@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from ksl.base.errors import SizingError, near_names, unknown_name
@@ -25,55 +24,12 @@ from ksl.sizing.catalogue.catalogue_numbers import (
     is_number,
     numbers_in,
 )
+from ksl.sizing.choice.requests import requests_of
 from ksl.sizing.life import RELIABILITY
+from ksl.sizing.parts import Components, Part
 from ksl.sizing.samples import Spectrum
 
-TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", "component")
-
-
-@dataclass(frozen=True)
-class Part:
-    """A component with checked values: numbers are finite; those of the wrong sign are in `refused`, and why."""
-
-    kind: Kind
-    name: str
-    joints: tuple[str, ...]
-    values: Mapping[str, Any]
-    refused: Mapping[str, str] = field(default_factory=dict)
-    """{key: sentence} of numbers that can't be used; keys of inner tables are dotted."""
-    where: str = ""
-    """File and line of its joints."""
-    derived: Mapping[str, float] = field(default_factory=dict)
-    """Numbers that follow from others, as those of a bolt from its name."""
-    absent: Mapping[str, str] = field(default_factory=dict)
-    """{key: sentence} of numbers that would follow if others were given."""
-
-    def get(self, key: str) -> Any:
-        """A value, or its default, or None."""
-        table, _, name = key.rpartition(".")
-        inside: Mapping[str, Any] = self.values.get(table, {}) if table else self.values
-        known = {k.name: k for k in (self.kind.by_name[table].keys if table else self.kind.keys)}
-        return None if key in self.refused else inside.get(name, self.derived.get(key, known[name].default))
-
-    def why_absent(self, key: str) -> str:
-        """Why there is no value."""
-        return self.refused.get(key) or self.absent.get(key) or f"{key} is not given"
-
-
-@dataclass(frozen=True)
-class Components:
-    """A components file."""
-
-    file: str
-    parts: tuple[Part, ...]
-    robot: str | None = None
-    required_life_h: float | None = None
-    reliability: float = 90.0
-    edition: int = 2007
-    spectrum: Spectrum = Spectrum()
-    case_lines: Mapping[str, int | None] = field(default_factory=dict)
-    left_out_spectrum: str = ""
-    """Why the spectrum doesn't apply to the results at hand."""
+TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", "component", "choose")
 
 
 def read_components(path: str | os.PathLike[str]) -> Components:
@@ -86,16 +42,16 @@ def read_components(path: str | os.PathLike[str]) -> Components:
 
 def components_of_text(text: str, file: str = "components") -> Components:
     """The same from the text of such a file, which messages call by this name."""
-    return _Reader(file, toml_of(text, file, SizingError), toml_lines(text)).components()
+    return Reader(file, toml_of(text, file, SizingError), toml_lines(text)).components()
 
 
 def components_of(tables: Mapping[str, Any], file: str = "components") -> Components:
     """The same from tables that a program has: {"component": [{"joint": …, "kind": …}, …], …}."""
-    return _Reader(file, as_toml(tables), {}).components()
+    return Reader(file, as_toml(tables), {}).components()
 
 
-class _Reader:
-    """Checks the tables of a file."""
+class Reader:
+    """Checks the tables of a file.  lines: of its keys, as `toml_lines` has them."""
 
     def __init__(self, file: str, tables: Mapping[str, Any], lines: dict[Any, int]) -> None:
         self.file, self.tables, self.lines = file, tables, lines
@@ -119,7 +75,8 @@ class _Reader:
         t = self.tables
         self.known(t, TOP, "top-level")
         entries = t.get("component", [])
-        if not isinstance(entries, list) or not entries:
+        requests = requests_of(self, t["choose"]) if "choose" in t else ()
+        if not isinstance(entries, list) or not (entries or requests):
             raise self.fail(
                 "holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some",
                 "component",
@@ -142,6 +99,7 @@ class _Reader:
             reliability,
             edition,
             self.spectrum(),
+            requests,
             {c: line_of(self.lines, w, c) for w in ("cases", "shares") for c in t.get(w, {})},
         )
 

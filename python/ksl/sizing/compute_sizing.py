@@ -5,62 +5,26 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
-from ksl.base.errors import SizingError
 from ksl.base.extras import require
 from ksl.base.files_read import recorded
 from ksl.mechanism.lengths import far, far_point
-from ksl.sizing.bearing_figures import (
-    crossed_roller_figures,
-    opposed_figures,
-    pair_figures,
-)
-from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.catalogue.catalogue_numbers import lengths_of
-from ksl.sizing.cylinder_figures import cylinder_figures
-from ksl.sizing.components import Components, Part
-from ksl.sizing.fatigue_figures import fatigue_figures
+from ksl.sizing.parts import Components
+from ksl.sizing.choice.choose import choice_from
+from ksl.sizing.choice.offers import Catalogue, catalogue_given
 from ksl.sizing.figures import Figure, LeftOut
-from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
+from ksl.sizing.figures_of_parts import check_joints, demands_of, gears_of, sheet_of
 from ksl.sizing.given import components_given, for_cases, joints_given, points_given, results_given
-from ksl.sizing.limit_figures import limit_figures
-from ksl.sizing.motor_figures import Cloud, motor_figures
+from ksl.sizing.motor_figures import Cloud
 from ksl.sizing.peaks import simultaneous_sets
-from ksl.sizing.pin_figures import bush_figures, pin_figures
 from ksl.sizing.provenance import made_of
 from ksl.sizing.results import Results
-from ksl.sizing.samples import JointSamples
-from ksl.sizing.sheet import Demands, Sheet
+from ksl.sizing.samples import JointSamples, Spectrum
+from ksl.sizing.sheet import Sheet
 from ksl.sizing.sizing import Sizing
-
-FIGURES: dict[str, Callable[[Sheet], Cloud | None]] = {
-    "motor": motor_figures,
-    "strain wave gear": strain_wave_figures,
-    "planetary gear": planetary_figures,
-    "crossed roller bearing": crossed_roller_figures,
-    "bearing pair": pair_figures,
-    "opposed angular contact bearings": opposed_figures,
-    "bolted flange": flange_figures,
-    "pin": pin_figures,
-    "plain bush": bush_figures,
-    "hydraulic cylinder": cylinder_figures,
-    "fatigue": fatigue_figures,
-    "limits": limit_figures,
-}
-"""What adds the figures of each kind of component."""
-
-WRENCH = ("axial_force", "radial_force", "bending_moment", "axial_moment")
-USES = {
-    "motor": (), "strain wave gear": (), "planetary gear": (), "hydraulic cylinder": (),
-    "crossed roller bearing": WRENCH[:3], "bearing pair": WRENCH[:3], "opposed angular contact bearings": WRENCH[:3],
-    "bolted flange": WRENCH, "fatigue": WRENCH, "pin": WRENCH[1:3], "plain bush": WRENCH[1:3],
-}  # fmt: skip
-"""The quantities of the wrench that the figures of each kind use: those that rigid bodies leave open get no verdict."""
-
-GEARS = ("strain wave gear", "planetary gear")
-DRIVES = ("motor", *GEARS, "hydraulic cylinder")
-
 
 def size(
     results: Any,
@@ -68,6 +32,7 @@ def size(
     *,
     joints: Iterable[str] | None = None,
     at: Mapping[str, Sequence[float]] | None = None,
+    choose: str | os.PathLike[str] | Mapping[str, Any] | Catalogue | None = None,
 ) -> Sizing:
     """Checks components against the loads of their joints.
 
@@ -75,8 +40,10 @@ def size(
     object with such a table as `wrenches`.  components: a TOML file, its tables as a dictionary, or what
     `ksl.sizing.components.read_components` has read; None for the simultaneous
     sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
-    origin in its axes, m; components say their own positions.  Returns figures with formula, inputs, source and utilisation.
-    Raises SizingError.  Cost: O(samples) for each component.
+    origin in its axes, m; components say their own positions.  choose: a catalogue, TOML, CSV or xlsx, or its tables, from which components are
+    chosen for the tables [[choose]] of components; their masses go back into the robot until nothing changes (docs/sizing.md).
+    Returns figures with formula, inputs, source and utilisation, and `choices`.
+    Raises SizingError.  Cost: O(samples) for each component, and for each entry of a catalogue in each round.
 
         loads = m.wrench_table(time, q_over_time)
         motor = {"kind": "motor", "joint": "elbow", "gear_ratio": 100, "rotor_inertia": 2.6e-5, "rated_torque": 0.45}
@@ -87,25 +54,24 @@ def size(
     with recorded() as ledger:
         table = results_given(results)
         parts = None if components is None else components_given(components)
+        catalogue = None if choose is None else catalogue_given(choose)
     chosen = joints_given(table, joints)
     points = points_given(table, at, chosen)
     if parts is not None:
         parts = for_cases(table, parts)
         parts = replace(parts, parts=tuple(replace(part, joints=tuple(table.named(name, part.where) for name in part.joints)) for part in parts.parts))
-        _check(table, parts)
-    kept: dict[str, JointSamples] = {}
-
-    def samples(joint: str) -> JointSamples:
-        if joint not in kept:
-            kept[joint] = table.joint(joint, parts.spectrum) if parts else table.joint(joint)
-        return kept[joint]
-
-    sheets, clouds = _sheets(table, parts, chosen, samples) if parts else ([], [])
+        check_joints(table, parts.parts)
+    spectrum = parts.spectrum if parts else Spectrum()
+    samples: Callable[[str], JointSamples] = cache(lambda joint: table.joint(joint, spectrum))
+    selection = None
+    if catalogue is not None:
+        selection, parts, samples = choice_from(catalogue, results, table, parts, samples)
+    sheets, clouds = _sheets(parts, chosen, samples) if parts else ([], [])
     in_order = tuple(f for sheet in sheets for f in sheet.figures)
     figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
-    notes = (*table.notes, *_doubtful_lengths(table, points, parts), *_notes(table, parts, left_out))
+    notes = (*table.notes, *(selection.notes if selection else ()), *_doubtful_lengths(table, points, parts), *_notes(table, parts, left_out, selection is not None))
     return Sizing(
         table.robot,
         figures,
@@ -115,55 +81,19 @@ def size(
         tuple(clouds),
         in_order,
         made_of(table, ledger.files, parts),
+        selection,
     )
 
 
-def _check(table: Results, parts: Components) -> None:
-    """Refuses components on joints where they can't sit."""
-    taken: dict[tuple[str, str, str], Part] = {}
-    for part in parts.parts:
-        for name in part.joints:
-            joint = table.joints[name]
-            fits = {"turning": joint.turns, "sliding": joint.driven and not joint.turns, "driven": joint.driven, "any": True}
-            if not fits[part.kind.joints]:
-                sits = {"turning": "turns about one axis", "sliding": "slides along one axis", "driven": "has one coordinate"}[part.kind.joints]
-                raise SizingError(
-                    f"{part.where}: a {part.kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; "
-                    "`limits` and `bolted flange` take any joint"
-                )
-            key = (name, part.kind.name, part.name)
-            if key in taken:
-                raise SizingError(
-                    f"{part.where}: {name} has two components of kind {part.kind.name} named {part.name!r}; give each a name"
-                )
-            taken[key] = part
-
-
-def _sheets(
-    table: Results, parts: Components, chosen: list[str], samples: Callable[[str], JointSamples]
-) -> tuple[list[Sheet], list[Cloud]]:
-    demands = Demands(parts.required_life_h, parts.reliability, parts.edition, bool(parts.spectrum.shares))
-    gears: dict[str, Part] = {}
-    for part in parts.parts:
-        if part.kind.name in GEARS:
-            gears |= {joint: part for joint in part.joints if joint not in gears}
+def _sheets(parts: Components, chosen: list[str], samples: Callable[[str], JointSamples]) -> tuple[list[Sheet], list[Cloud]]:
+    demands, gears = demands_of(parts), gears_of(parts.parts)
     sheets, clouds = [], []
     for part in parts.parts:
         for name in (joint for joint in part.joints if joint in chosen):
-            s = samples(name)
-            sheet = Sheet(part, s, demands, gears.get(name))
-            sheet.uses = USES.get(part.kind.name, WRENCH)
+            sheet, cloud = sheet_of(part, samples(name), demands, gears.get(name))
             sheets.append(sheet)
-            if part.kind.name in DRIVES and not _has_effort(s):
-                sheet.leave_out("everything", f"{name} has no drive in these results: it follows other joints")
-                continue
-            cloud = FIGURES[part.kind.name](sheet)
             clouds += [cloud] if cloud is not None else []
     return sheets, clouds
-
-
-def _has_effort(s: JointSamples) -> bool:
-    return bool((s.supplied == s.supplied).all())  # NaN where there is none
 
 
 def _by_utilisation(figure: Figure) -> tuple[bool, float]:
@@ -180,7 +110,7 @@ def _doubtful_lengths(table: Results, points: Mapping[str, Sequence[float]], par
     return found
 
 
-def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]) -> list[str]:
+def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut], chosen: bool) -> list[str]:
     """What the reader should know of the spectrum, and of numbers that were not used and that leave no figure out."""
     if parts is None:
         return []
@@ -191,6 +121,8 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
         for sentence in part.refused.values()
         if sentence not in said
     ]
+    if parts.requests and not chosen:
+        notes.append(f"{len(parts.requests)} of [[choose]] are not answered: give the catalogue that they are chosen from")
     if parts.left_out_spectrum:
         notes.append(parts.left_out_spectrum)
     absent = {name: part.name for part in parts.parts for name in part.joints if not table.holds(name)}

@@ -10,7 +10,8 @@ from typing import Any
 
 from ksl.base.errors import SizingError, close_names, of_argument, unknown_name
 from ksl.mechanism.requests import names_in_order, three_numbers
-from ksl.sizing.components import Components, components_of, read_components
+from ksl.sizing.components import components_of, read_components
+from ksl.sizing.parts import Components
 from ksl.sizing.results import Results, read_results
 from ksl.sizing.samples import Spectrum
 

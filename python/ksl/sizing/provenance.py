@@ -10,7 +10,7 @@ from typing import Any
 from ksl._core import __version__
 from ksl.base.files_read import InputFile
 from ksl.load_cases.provenance import versions
-from ksl.sizing.components import Components
+from ksl.sizing.parts import Components
 from ksl.sizing.results import Results
 
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ksl.mechanism.states import Array
-from ksl.sizing.components import Part
+from ksl.sizing.parts import Part
 from ksl.sizing.figures import Figure, Formula, LeftOut, significant
 from ksl.sizing.life import (
     LIFE_HOURS,

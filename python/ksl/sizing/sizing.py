@@ -17,6 +17,7 @@ from ksl.base.csv_cells import csv_comment, csv_table
 from ksl.base.errors import SizingError
 from ksl.base.markup import html as escape
 from ksl.output import OutputError, refuse_inputs, refuse_unknown, staged
+from ksl.sizing.choice.selection import Chosen, Selection
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud
 from ksl.sizing.peaks import QUANTITIES, PeakRow
@@ -52,6 +53,23 @@ class Sizing:
     """The same figures as they are computed: components in the order of the file, each from loads to verdicts."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Version, date, files with their SHA-256, cases with repetitions."""
+    selection: Selection | None = None
+    """What was chosen from a catalogue, with the reasons; None where nothing was."""
+
+    @property
+    def choices(self) -> tuple[Chosen, ...]:
+        """The entry of the catalogue that was chosen for each table [[choose]], in their order."""
+        return self.selection.choices if self.selection else ()
+
+    @property
+    def rounds(self) -> int:
+        """How often all joints were chosen for, the last time without a change; 0 without a catalogue."""
+        return self.selection.rounds if self.selection else 0
+
+    @property
+    def settled(self) -> bool:
+        """Whether the choice changes no more: false where its masses lead it round in circles."""
+        return self.selection.settled if self.selection else True
 
     @property
     def worst(self) -> Figure | None:
@@ -133,6 +151,7 @@ class Sizing:
             "peaks": [_plain(row) for row in self.peaks],
             "left_out": [dataclasses.asdict(x) for x in self.left_out],
             "notes": list(self.notes),
+            **({"choice": _finite(self.selection.as_dict())} if self.selection else {}),
             "conventions": CONVENTIONS,
         }
 
@@ -232,8 +251,17 @@ class Sizing:
         )
 
 
+def _finite(x: Any) -> Any:
+    """Without infinite numbers, inside of tables and lists, too."""
+    if isinstance(x, Mapping):
+        return {k: _finite(v) for k, v in x.items()}
+    if isinstance(x, (list, tuple)):
+        return [_finite(v) for v in x]
+    return "infinite" if isinstance(x, float) and math.isinf(x) else x
+
+
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    return {k: "infinite" if isinstance(x, float) and math.isinf(x) else x for k, x in row.items()}
+    return dict(_finite(row))
 
 
 def _robot_of(file: Path) -> str | None:

@@ -14,7 +14,7 @@ from ksl.base.extras import require
 from ksl.base.files_read import recorded
 from ksl.mechanism.requests import one_of, three_numbers
 from ksl.mechanism.states import Side
-from ksl.sizing.components import Components
+from ksl.sizing.parts import Components
 from ksl.sizing.given import components_given, for_cases, joints_given, points_given, results_given
 from ksl.sizing.provenance import made_of
 from ksl.sizing.results import Results

@@ -1,0 +1,206 @@
+"""The catalogue that is chosen from: TOML, CSV or a workbook, with the keys of components, and mass, price and size."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ksl.base.csv_cells import text_of_cell
+from ksl.base.errors import SizingError, unknown_name
+from ksl.base.files_read import being_read
+from ksl.base.input_files import path_given
+from ksl.base.toml_files import read_text, toml_of
+from ksl.base.toml_lines import toml_lines
+from ksl.sizing.catalogue.catalogue import KINDS
+from ksl.sizing.catalogue.catalogue_key import Key, Kind
+from ksl.sizing.catalogue.catalogue_numbers import as_toml
+from ksl.sizing.choice.requests import NOT_CHOSEN
+from ksl.sizing.components import Reader
+from ksl.sizing.parts import Part, Request
+
+MASS = Key("mass", "kg", "of the part", "0.8", needed=True)
+PRICE = Key("price", "", "in any currency", "260", sign="not negative")
+OWN = ("kind", "name", "mass", "price", "size")
+MEND = "give a catalogue, TOML with tables [[component]], CSV or xlsx with a row for each"
+
+
+@dataclass(frozen=True)
+class Offer:
+    """An entry of a catalogue."""
+
+    kind: Kind
+    name: str
+    mass: float
+    price: float | None
+    size: str
+    """As the maker calls it; it is shown and not used."""
+    values: Mapping[str, Any]
+    path: tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Entries of one or several kinds."""
+
+    reader: Reader
+    offers: tuple[Offer, ...]
+    parts: dict[tuple[str, str, str], Part] = field(default_factory=dict, compare=False)
+
+    @property
+    def file(self) -> str:
+        return self.reader.file
+
+    def of(self, request: Request) -> list[Offer]:
+        """The entries of the kind that is asked for.  Raises SizingError where there is none, or one has no price and that counts."""
+        found = [offer for offer in self.offers if offer.kind is request.kind]
+        if not found:
+            kinds = ", ".join(dict.fromkeys(offer.kind.name for offer in self.offers))
+            raise SizingError(f"{self.file}: has no {request.kind.name}, which {request.where} asks for; it has: {kinds}")
+        for offer in found:
+            if request.by == "price" and offer.price is None:
+                raise self.reader.fail(f'{offer.name} has no price, and {request.where} chooses by = "price"', *offer.path)
+        return found
+
+    def part(self, offer: Offer, request: Request) -> Part:
+        """The component that an entry is on the joint of a request, whose numbers of the place join those of the catalogue."""
+        key = (request.joint, request.kind.name, offer.name)
+        if key not in self.parts:
+            values = _joined(offer.values, request.values, f"{self.reader.at(*offer.path)}: {offer.name}", request.where)
+            self.reader.whole(offer.kind, values, offer.path)
+            self.parts[key] = Part(offer.kind, offer.name, (request.joint,), values, where=request.where)
+        return self.parts[key]
+
+
+def catalogue_given(given: str | os.PathLike[str] | Mapping[str, Any] | Catalogue) -> Catalogue:
+    """A catalogue of a file, of its tables, or as it was read.  Raises SizingError with the line."""
+    if isinstance(given, Catalogue):
+        return given
+    if isinstance(given, Mapping):
+        return _catalogue(Reader("catalogue", as_toml(given), {}))
+    file = path_given(given, "a catalogue", "choose")
+    ending = Path(file).suffix.lower()
+    if ending == ".xlsx":
+        with being_read("catalogue", file, SizingError):
+            return _of_rows(file, _rows_of_workbook(file))
+    with being_read("catalogue", file, SizingError):
+        text = read_text(file, SizingError, MEND)
+    if ending == ".csv":
+        return _of_rows(file, list(csv.reader(io.StringIO(text))))
+    return _catalogue(Reader(file, toml_of(text, file, SizingError), toml_lines(text)))
+
+
+def _catalogue(reader: Reader) -> Catalogue:
+    reader.known(reader.tables, ("component",), "top-level")
+    entries = reader.tables.get("component")
+    if not isinstance(entries, list) or not entries:
+        raise reader.fail(f"holds no components; {MEND}")
+    offers = tuple(_offer(reader, k, entry) for k, entry in enumerate(entries))
+    seen = set()
+    for offer in offers:
+        if (offer.kind.name, offer.name) in seen:
+            raise reader.fail(f"a second {offer.kind.name} named {offer.name!r}; names tell the entries of a kind apart", *offer.path, "name")
+        seen.add((offer.kind.name, offer.name))
+    return Catalogue(reader, offers)
+
+
+def _offer(reader: Reader, k: int, entry: Any) -> Offer:
+    path: tuple[str | int, ...] = ("component", k)
+    if not isinstance(entry, Mapping):
+        raise reader.fail("component must be a table: [[component]], then lines KEY = VALUE", *path)
+    known = [name for name in KINDS if name not in NOT_CHOSEN]
+    word, name = entry.get("kind"), entry.get("name")
+    if not isinstance(word, str) or word not in known:
+        raise SizingError(unknown_name(reader.at(*path, "kind"), "kind in a catalogue", word, known))
+    if not isinstance(name, str) or not name:
+        raise reader.fail("an entry of a catalogue needs a name, text in quotes", *path, "name")
+    kind = KINDS[word]
+    reader.known(entry, (*OWN, *kind.by_name), word, *path)
+    refused: dict[str, str] = {}
+    values = reader.values(entry, (MASS, PRICE, *kind.keys), path, "", refused)
+    if refused:
+        raise SizingError(next(iter(refused.values())))
+    if "mass" not in values:
+        raise reader.fail(f"{name} has no mass, kg", *path)
+    size = entry.get("size", "")
+    return Offer(kind, name, values.pop("mass"), values.pop("price", None), str(size), values, path)
+
+
+def _joined(offered: Mapping[str, Any], asked: Mapping[str, Any], offer: str, request: str) -> dict[str, Any]:
+    """Values of both; tables inside of them, too.  Raises SizingError for a number that both give."""
+    found = dict(offered)
+    for key, value in asked.items():
+        if isinstance(value, Mapping) and isinstance(found.get(key), Mapping):
+            found[key] = _joined(found[key], value, offer, request)
+        elif key in found:
+            raise SizingError(f"{offer}: {key} is a number of the catalogue, and {request} gives it, too; leave it out there")
+        else:
+            found[key] = value
+    return found
+
+
+def _rows_of_workbook(file: str) -> list[list[Any]]:
+    """The cells of the first sheet."""
+    try:
+        import openpyxl
+    except ModuleNotFoundError:
+        raise SizingError(f"{file}: is read by the package openpyxl; install it: pip install 'ksl[xlsx]'; or save the sheet as CSV") from None
+    try:
+        book = openpyxl.load_workbook(file, read_only=True, data_only=True, keep_links=False)
+        return [list(row) for row in book.worksheets[0].iter_rows(values_only=True)]
+    except MemoryError:
+        raise
+    except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
+        raise SizingError(f"{file}: is no workbook that can be read ({type(e).__name__}); save it again, or save the sheet as CSV") from None
+
+
+def _of_rows(file: str, rows: Sequence[Sequence[Any]]) -> Catalogue:
+    """A catalogue of a table: the first row has the keys, those of inner tables with a dot; empty cells are no values, rows that begin with # are comments."""
+    numbered = [(k, row) for k, row in enumerate(rows, 1) if any(not _empty(x) for x in row) and not str(row[0]).startswith("#")]
+    if len(numbered) < 2:
+        raise SizingError(f"{file}: holds no components; {MEND}")
+    names = ["" if _empty(x) else str(x).strip() for x in numbered[0][1]]
+    twice = [name for k, name in enumerate(names) if name and name in names[:k]]
+    if twice:
+        raise SizingError(f"{file}:{numbered[0][0]}: two columns are named {twice[0]!r}")
+    entries, lines = [], {}
+    for line, row in numbered[1:]:
+        lines["component", len(entries)] = line
+        entry: dict[str, Any] = {}
+        for name, x in zip(names, row, strict=False):
+            if _empty(x):
+                continue
+            if not name:
+                raise SizingError(f"{file}:{line}: {x!r} is in a column without a name; name it in the first row")
+            table, _, key = name.rpartition(".")
+            inside = entry.setdefault(table, {}) if table else entry
+            if not isinstance(inside, dict):
+                raise SizingError(f"{file}:{line}: the columns {table} and {name} exclude each other")
+            inside[key] = _cell(x, f"{file}:{line}: {name}", key in ("kind", "name", "size"))
+        entries.append(entry)
+    return _catalogue(Reader(file, {"component": entries}, lines))
+
+
+def _empty(x: Any) -> bool:
+    return x is None or (isinstance(x, str) and not x.strip())
+
+
+def _cell(x: Any, where: str, is_text: bool) -> Any:
+    """A number, a list in the form of TOML, or text."""
+    if not isinstance(x, str):
+        return str(x) if is_text else x
+    text = text_of_cell(x.strip())
+    if is_text:
+        return text
+    if text[:1] in "[{":
+        return toml_of(f"x = {text}", where, SizingError)["x"]
+    for number in (int, float):
+        try:
+            return number(text)
+        except ValueError:
+            continue
+    return text
