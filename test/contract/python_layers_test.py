@@ -32,7 +32,7 @@ ALLOWED: dict[str, set[str]] = {
     "motions.generate": {"base", "output", "mechanism", "model", "identify", "motions", "motions.signal", "motions.columns", "motions.files"},
     "checks": {"base", "output", "mechanism", "model", "robot_files", "identify"},
     "load_cases": {"base", "mechanism", "simulation", "model", "robot_files", "motions", "motions.signal", "motions.columns", "motions.files"},
-    "sizing": {"base", "output", "mechanism", "load_cases"},
+    "sizing": {"base", "output", "mechanism", "model", "robot_files", "load_cases"},
     "viewer": {"base", "output", "mechanism", "robot_files", "motions"},
     "sweeps": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing"},
     "report": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing", "viewer"},

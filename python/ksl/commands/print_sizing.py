@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ksl.commands.print_info import table_lines
+from ksl.sizing.choice.selection import Chosen
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.peaks import PeakRow
 from ksl.sizing.sizing import Sizing
@@ -40,6 +41,8 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
         for joint in dict.fromkeys(f.joint for f in sizing.figures):  # the joint with the worst figure first
             _print_joint(console, sizing.of_joint(joint), references, notes)
         _print_formulas(console, references, notes)
+    if sizing.choices:
+        _print_choices(console, sizing.choices, sizing.rounds)
     if peaks:
         print_peaks(sizing.peaks, console)
     _print_left_out(console, sizing.left_out)
@@ -56,6 +59,20 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
         )
         return
     _wrapped(console, sizing.verdict, "  ", _style(sizing.worst) or "bold")
+
+
+def _print_choices(console: Console, choices: Sequence[Chosen], rounds: int) -> None:
+    """A row for each choice: the entry, what it uses, why the next smaller one fails, and what else holds."""
+    console.print(Text(f"\nChosen from the catalogue, after {rounds} rounds", style="bold"), soft_wrap=True)
+    priced = any(c.price is not None for c in choices)
+    groups = [["joint"], ["kind", "chosen", "kg", *(["price"] if priced else []), "use", "worst figure"], ["next smaller fails"]]
+    rows = [
+        [c.joint, c.kind, c.name, significant(c.mass), *([significant(c.price)] if priced else []), _use(c.utilisation).strip(), c.figure, c.why] for c in choices
+    ]
+    console.out("\n".join(table_lines(groups, rows, max(console.width, 60))), highlight=False)
+    for c in choices:
+        front = f"; of mass against use, the best are {', '.join(c.front)}" if len(c.front) > 1 else ""
+        _wrapped(console, f"{c.joint}, {c.kind}: {', '.join(c.holds)} hold{'s' if len(c.holds) == 1 else ''}{front}", "    ", first="  ")
 
 
 def _references(figures: Iterable[Figure]) -> dict[tuple[str, str], int]:

@@ -21,6 +21,7 @@ def size(
     output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv.")] = None,
     joints: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only these joints.")] = "",
     at: Annotated[list[str], typer.Option(metavar="JOINT=X,Y,Z", help="Point of the moments at the peaks, from the joint's origin in its axes, m; may be repeated.")] = [],
+    choose: Annotated[Path | None, typer.Option("--choose", metavar="CATALOGUE", help="Choose components for the tables [[choose]] of COMPONENTS.toml from a catalogue, TOML, CSV or xlsx.")] = None,
     spectra: Annotated[bool, typer.Option("--spectra", help="Load spectra instead of figures: time and revolutions by torque and speed, rainflow matrices, loads of each bearing in classes.")] = False,
     classes: Annotated[int, typer.Option("--classes", metavar="N", help="With --spectra: classes of each bearing's loads, at most.")] = 20,
     peaks: Annotated[bool, typer.Option("--peaks", help="Print what acts together at each peak, too.")] = False,
@@ -48,6 +49,8 @@ def size(
     for word in fail_on:
         if word not in ("utilisation", "left-out"):
             fail(f"--fail-on {word}: expected utilisation or left-out")
+    if choose is not None and (spectra or components is None):
+        fail(f"--choose {choose}: " + ("--spectra has no components to choose" if spectra else "needs COMPONENTS.toml with tables [[choose]]: joint and kind of each choice"))
     if xlsx and output is None:
         fail("--xlsx writes sizing.xlsx into a folder; give it by -o DIR")
     points = _points(at)
@@ -61,7 +64,7 @@ def size(
         if spectra:
             _spectra(results, components, chosen, points, output, json, classes, xlsx, force)
             return
-        sizing = size_components(results, components, joints=chosen, at=points)
+        sizing = size_components(results, components, joints=chosen, at=points, choose=choose)
         written = sizing.write(output, force, xlsx) if output else []
     except (SizingError, OutputError) as e:
         fail(in_options(e, joints=joints, at=at))

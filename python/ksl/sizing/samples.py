@@ -189,6 +189,12 @@ class JointSamples:
         edges = np.searchsorted(self.case_index, np.arange(len(self.cases) + 1))
         return [(case, slice(int(edges[i]), int(edges[i + 1]))) for i, case in enumerate(self.cases)]
 
+    def each_alone(self) -> list[JointSamples]:
+        """Each case by itself."""
+        names = ("case_index", "time", "weight", "force", "moment", "position", "speed", "acceleration", "effort", "rotor", "brake")
+        columns = {name: x for name in names if (x := getattr(self, name)) is not None}
+        return [replace(self, **{name: x[part] for name, x in columns.items()}) for _, part in self.slices() if part.stop > part.start]
+
     def passes(self) -> list[tuple[slice, float]]:
         """The samples of each case, and how often it is passed through in the spectrum: never, if it lasts no time."""
         found = []

@@ -32,10 +32,11 @@ def choice_from(
     for request in requests:
         check_kind(table, request.kind, request.joint, request.where)
     loads = LoadsWithMasses(samples, requests, lambda: cases_of(results, table))
-    selection = choose(Judge(loads, catalogue, demands_of(parts), gears_of(parts.parts)))
+    selection = choose(Judge(loads, catalogue, demands_of(parts), gears_of(parts.parts), table.of_sweep))
     parts = replace(parts, parts=(*parts.parts, *selection.parts))
     check_joints(table, parts.parts)
-    return replace(selection, doubts=tuple(loads.notes)), parts, cache(lambda joint: loads.samples(joint, selection.masses))
+    notes = [*loads.notes, *(["what is chosen holds in each case of the sweep by itself; the figures are those of all of them, one after the other"] if table.of_sweep else [])]
+    return replace(selection, said=tuple(notes)), parts, cache(lambda joint: loads.samples(joint, selection.masses))
 
 
 def choose(judge: Judge) -> Selection:

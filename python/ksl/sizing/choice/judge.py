@@ -40,10 +40,13 @@ Choice = tuple[Offer, ...]
 
 
 class Judge:
-    """Judges entries of a catalogue under loads with masses.  gears: those of the components file, by joint."""
+    """Judges entries of a catalogue under loads with masses.
 
-    def __init__(self, loads: LoadsWithMasses, catalogue: Catalogue, demands: Demands, gears: Mapping[str, Part]) -> None:
-        self.loads, self.catalogue, self._demands, self._gears = loads, catalogue, demands, gears
+    gears: those of the components file, by joint.  of_sweep: cases are no parts of one cycle, and an entry has to hold in each by itself.
+    """
+
+    def __init__(self, loads: LoadsWithMasses, catalogue: Catalogue, demands: Demands, gears: Mapping[str, Part], of_sweep: bool = False) -> None:
+        self.loads, self.catalogue, self._demands, self._gears, self._of_sweep = loads, catalogue, demands, gears, of_sweep
         self.requests = loads.requests
         self.offers = [catalogue.of(request) for request in self.requests]
         self._known: dict[tuple[int, str, str, tuple[float, ...]], Verdict] = {}
@@ -53,19 +56,20 @@ class Judge:
         return tuple(0.0 if choice is None or r.link is None else choice[k].mass for k, r in enumerate(self.requests))
 
     def verdict(self, k: int, offer: Offer, masses: tuple[float, ...], gears: Mapping[str, Part]) -> Verdict:
-        """Of an entry for request k.  gears: those that are chosen, by joint."""
+        """How an entry does for request k.  gears: those that are chosen, by joint."""
         request = self.requests[k]
         gear = gears.get(request.joint, self._gears.get(request.joint))
         key = (k, offer.name, gear.name if gear else "", masses)
         if key not in self._known:
-            sheet, _ = sheet_of(self.catalogue.part(offer, request), self.loads.samples(request.joint, masses), self._demands, gear)
-            compared = [(f.utilisation, f.figure) for f in sheet.figures if f.utilisation is not None]
+            part, samples = self.catalogue.part(offer, request), self.loads.samples(request.joint, masses)
+            sheets = [sheet_of(part, s, self._demands, gear)[0] for s in (samples.each_alone() if self._of_sweep else [samples])]
+            compared = [(f.utilisation, f.figure) for sheet in sheets for f in sheet.figures if f.utilisation is not None]
             worst, figure = max(compared, key=lambda pair: pair[0], default=(0.0, ""))
             self._known[key] = Verdict(offer, SAID.get(figure, figure), worst, request.margin)
         return self._known[key]
 
     def verdicts(self, k: int, masses: tuple[float, ...], gears: Mapping[str, Part]) -> list[Verdict]:
-        """Of all entries for request k, the least first: by mass or price, then mass, then name."""
+        """How all entries do for request k, the least first: by mass or price, then mass, then name."""
         return [self.verdict(k, offer, masses, gears) for offer in sorted(self.offers[k], key=lambda offer: order(self.requests[k], offer))]
 
     def chosen_gears(self, choice: Sequence[Offer | None]) -> dict[str, Part]:

@@ -20,8 +20,8 @@ from ksl.sizing.catalogue.catalogue import KINDS
 from ksl.sizing.catalogue.catalogue_key import Key, Kind
 from ksl.sizing.catalogue.catalogue_numbers import as_toml
 from ksl.sizing.choice.requests import NOT_CHOSEN
-from ksl.sizing.components import Reader
 from ksl.sizing.parts import Part, Request
+from ksl.sizing.reader import Reader
 
 MASS = Key("mass", "kg", "of the part", "0.8", needed=True)
 PRICE = Key("price", "", "in any currency", "260", sign="not negative")
@@ -167,7 +167,8 @@ def _of_rows(file: str, rows: Sequence[Sequence[Any]]) -> Catalogue:
     twice = [name for k, name in enumerate(names) if name and name in names[:k]]
     if twice:
         raise SizingError(f"{file}:{numbered[0][0]}: two columns are named {twice[0]!r}")
-    entries, lines = [], {}
+    entries: list[dict[str, Any]] = []
+    lines: dict[Any, int] = {}
     for line, row in numbered[1:]:
         lines["component", len(entries)] = line
         entry: dict[str, Any] = {}

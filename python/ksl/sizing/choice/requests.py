@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ksl.base.errors import SizingError, unknown_name
 from ksl.sizing.catalogue.catalogue import KINDS
 from ksl.sizing.catalogue.catalogue_key import Key
 from ksl.sizing.parts import Request
-
-if TYPE_CHECKING:
-    from ksl.sizing.components import Reader
+from ksl.sizing.reader import Reader
 
 MARGIN = Key("margin", "", "every utilisation is at most its inverse", "1.25", default=1.0)
 AT = Key("at", "m", "where on the link its mass is", "[0, 0, 0]", "vector", sign="any", default=[0.0, 0.0, 0.0])

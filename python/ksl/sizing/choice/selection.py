@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ksl.model.model import Model
 from ksl.sizing.choice.together import Together
 from ksl.sizing.parts import Part
 
@@ -22,7 +23,7 @@ class Chosen:
     price: float | None
     size: str
     utilisation: float
-    """Of its worst figure."""
+    """That of its worst figure."""
     figure: str
     is_held: bool
     """Whether it holds with the margin: false may be one whose choices go round in circles."""
@@ -60,17 +61,17 @@ class Selection:
     masses: tuple[float, ...]
     """kg at the link of each request; 0 for those without one."""
     together: Together | None
-    doubts: tuple[str, ...] = ()
-    """Lengths that are likely in millimetres."""
+    said: tuple[str, ...] = ()
+    """Notes on the places and the results: lengths that are likely in millimetres, sweeps."""
 
-    @property
-    def payloads(self) -> dict[str, list[tuple[float, tuple[float, float, float]]]]:
-        """{link: [(mass in kg, point in its frame in m)]} of what was chosen, as `Model.with_payload` takes them one by one."""
-        found: dict[str, list[tuple[float, tuple[float, float, float]]]] = {}
+    def on(self, robot: Model) -> Model:
+        """The robot with what was chosen as point masses on its links.  Rotors act on their own drives alone, by the formula of sizing.
+
+            heavier = sizing.selection.on(robot)
+        """
         for c in self.choices:
-            if c.link is not None:
-                found.setdefault(c.link, []).append((c.mass, c.at))
-        return found
+            robot = robot.with_payload(c.link, c.mass, c.at) if c.link is not None else robot
+        return robot
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -81,7 +82,7 @@ class Selection:
         over = [f"{c.name} of {c.joint}" for c in self.choices if not c.is_held]
         if over:
             found.append(f"with the loads of this choice these don't hold: {', '.join(over)}")
-        return (*self.doubts, *found, *([self.together.sentence] if self.together else []))
+        return (*self.said, *found, *([self.together.sentence] if self.together else []))
 
     def as_dict(self) -> dict[str, Any]:
         """Everything in numbers and words, as JSON can hold it."""

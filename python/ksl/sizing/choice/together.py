@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from ksl.sizing.choice.judge import Choice, Judge, amount, order
 from ksl.sizing.fatigue import ROUND_OFF
@@ -47,10 +48,10 @@ class Together:
 
 def best_together(judge: Judge, choice: Choice) -> Together | None:
     """The least combination that holds under its own loads, tried from the least on, up to the choice joint by joint; None for a single request."""
-    by = {request.by for request in judge.requests}
+    by: str = judge.requests[0].by
     if len(judge.requests) < 2:
         return None
-    if len(by) > 1:
+    if any(request.by != by for request in judge.requests):
         return Together((), 0.0, 0.0, "", 0, False)
     whole = sum(amount(r, offer) for r, offer in zip(judge.requests, choice, strict=True))
     tried = 0
@@ -58,17 +59,20 @@ def best_together(judge: Judge, choice: Choice) -> Together | None:
         if total >= whole * (1 - ROUND_OFF):
             break
         if tried == MOST:
-            return Together((), 0.0, whole, *by, tried, False)
+            return Together((), 0.0, whole, by, tried, False)
         tried += 1
         if judge.all_hold(combination):
-            return Together(tuple(offer.name for offer in combination), total, whole, *by, tried, True)
-    return Together((), 0.0, whole, *by, tried, True)
+            return Together(tuple(offer.name for offer in combination), total, whole, by, tried, True)
+    return Together((), 0.0, whole, by, tried, True)
 
 
 def _rising(judge: Judge) -> Iterator[tuple[float, Choice]]:
     """All combinations with their sums, the least first."""
-    lists = [sorted(offers, key=lambda offer, r=request: order(r, offer)) for request, offers in zip(judge.requests, judge.offers, strict=True)]
-    sums = lambda at: sum(amount(r, offers[i]) for r, offers, i in zip(judge.requests, lists, at, strict=True))
+    lists = [sorted(offers, key=partial(order, request)) for request, offers in zip(judge.requests, judge.offers, strict=True)]
+
+    def sums(at: tuple[int, ...]) -> float:
+        return sum(amount(r, offers[i]) for r, offers, i in zip(judge.requests, lists, at, strict=True))
+
     first = (0,) * len(lists)
     waiting, seen = [(sums(first), first)], {first}
     while waiting:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ksl.base.errors import SizingError
 from ksl.mechanism.states import Array
+from ksl.sizing.fatigue import ROUND_OFF
 from ksl.sizing.life import BALL, ROLLER, mean_load
 
 COLUMNS = {"share": "", "Fx": "N", "Fy": "N", "Fz": "N", "My": "N m", "Mz": "N m", "speed_rpm": "r/min"}
@@ -21,16 +23,12 @@ MOST = 4096
 RPM = 30.0 / np.pi
 
 
-@dataclass(frozen=True)
-class Equivalent:
+class Equivalent(NamedTuple):
     """Mean loads over revolutions, one number each: N, N, N m."""
 
     radial: float
     axial: float
     tilting: float
-
-    def __iter__(self):  # type: ignore[no-untyped-def]
-        return iter((self.radial, self.axial, self.tilting))
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,7 @@ def bearing_classes(loads: BearingLoads, classes: int) -> dict[str, Array]:
 def _reduced(loads: BearingLoads, classes: int) -> dict[str, Array]:
     turns = loads.turned > 0
     stands = (loads.weight > 0) & ~turns
-    groups = [np.flatnonzero(stands)] if stands.any() and (classes > 1 or not turns.any()) else []
+    groups: list[np.ndarray] = [np.flatnonzero(stands)] if stands.any() and (classes > 1 or not turns.any()) else []
     if turns.any():
         groups += _split(loads, np.flatnonzero(turns), classes - len(groups))
     counted = np.flatnonzero(loads.weight > 0)
@@ -100,9 +98,9 @@ def _reduced(loads: BearingLoads, classes: int) -> dict[str, Array]:
     return dict(zip(COLUMNS, table.T.copy(), strict=True))
 
 
-def _split(loads: BearingLoads, rows: Array, classes: int) -> list[Array]:
+def _split(loads: BearingLoads, rows: np.ndarray, classes: int) -> list[np.ndarray]:
     """Samples in groups of like loads: again and again, that with the largest spread is split at the mean of what is spread most."""
-    scale = [max(x, 1e-300) for x in loads.equivalent(BETWEEN)]
+    scale = [x or 1.0 for x in loads.equivalent(BETWEEN)]
     radial, _, tilting = loads.magnitudes
     features = np.column_stack([
         radial / scale[0], loads.axial / scale[1], tilting / scale[2],
@@ -110,7 +108,7 @@ def _split(loads: BearingLoads, rows: Array, classes: int) -> list[Array]:
     ])  # fmt: skip
     weight = loads.turned
 
-    def spread(group: Array) -> tuple[float, int, float]:
+    def spread(group: np.ndarray) -> tuple[float, int, float]:
         x, w = features[group], weight[group]
         mean = w @ x / w.sum()
         variance = w @ (x - mean) ** 2
@@ -118,7 +116,7 @@ def _split(loads: BearingLoads, rows: Array, classes: int) -> list[Array]:
         return float(variance[k]), k, float(mean[k])
 
     groups = [(spread(rows), rows)]
-    floor = 1e-12 * groups[0][0][0]
+    floor = ROUND_OFF**2 * groups[0][0][0]
     while len(groups) < classes:
         worst = max(range(len(groups)), key=lambda i: groups[i][0][0])
         (size, k, mean), group = groups[worst]
@@ -129,10 +127,13 @@ def _split(loads: BearingLoads, rows: Array, classes: int) -> list[Array]:
     return [group for _, group in groups]
 
 
-def _row(loads: BearingLoads, group: Array, lasting: Array) -> list[float]:
+def _row(loads: BearingLoads, group: np.ndarray, lasting: np.ndarray) -> list[float]:
     """A class: its loads from the samples of the group, its share and speed from those that last in it."""
     w = loads.turned[group] if loads.turned[group].any() else loads.weight[group]
-    mean = lambda x: float((w @ np.abs(x) ** BETWEEN / w.sum()) ** (1 / BETWEEN))
+
+    def mean(x: Array) -> float:
+        return float((w @ np.abs(x) ** BETWEEN / w.sum()) ** (1 / BETWEEN))
+
     along = np.sign(w @ loads.axial[group]) or 1.0
     t = loads.weight[lasting]
     way = np.sign(t @ loads.speed[lasting]) or 1.0
@@ -145,7 +146,7 @@ def _direction(x: Array, w: Array) -> Array:
     """The unit vector of the mean of vectors (n, 2); of the largest one where they cancel."""
     mean = w @ x / w.sum()
     largest = x[int(np.argmax(np.hypot(*x.T)))]
-    chosen = mean if np.hypot(*mean) > 1e-9 * np.hypot(*largest) else largest
+    chosen = mean if np.hypot(*mean) > ROUND_OFF * np.hypot(*largest) else largest
     return np.asarray(chosen / np.hypot(*chosen)) if chosen.any() else np.array([1.0, 0.0])
 
 
