@@ -81,7 +81,9 @@ def _none_holds(judge: Judge, k: int, verdicts: list[Verdict]) -> SizingError:
     else:
         asked = f"at most {significant(1 / request.margin, 3)}" + (f" with the margin {request.margin:g}" if request.margin != 1 else "")
         said = f"the nearest is {nearest.offer.name}, whose {nearest.figure} has the utilisation {significant(nearest.utilisation, 3)}; asked is {asked}"
-    return SizingError(f"{request.where}: {request.joint}: no {request.kind.name} of {judge.catalogue.file} holds: {said}")
+    together = best_together(judge) if len(judge.requests) > 1 and nearest.figure else None
+    hint = f"; with the masses of another choice these hold together: {' + '.join(together.names)}" if together and together.names else ""
+    return SizingError(f"{request.where}: {request.joint}: no {request.kind.name} of {judge.catalogue.file} holds: {said}{hint}")
 
 
 def _chosen(judge: Judge, k: int, offer: Offer, verdicts: list[Verdict]) -> Chosen:

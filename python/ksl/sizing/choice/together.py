@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -46,14 +47,14 @@ class Together:
         return f"no combination with less holds: the choice joint by joint is the {word} together ({self.tried} tried)" if self.tried else f"no combination has less: the choice joint by joint is the {word} together"
 
 
-def best_together(judge: Judge, choice: Choice) -> Together | None:
-    """The least combination that holds under its own loads, tried from the least on, up to the choice joint by joint; None for a single request."""
+def best_together(judge: Judge, choice: Choice | None = None) -> Together | None:
+    """The least combination that holds under its own loads, tried from the least on, up to the choice joint by joint, if there is one; None for a single request."""
     by: str = judge.requests[0].by
     if len(judge.requests) < 2:
         return None
     if any(request.by != by for request in judge.requests):
         return Together((), 0.0, 0.0, "", 0, False)
-    whole = sum(amount(r, offer) for r, offer in zip(judge.requests, choice, strict=True))
+    whole = math.inf if choice is None else sum(amount(r, offer) for r, offer in zip(judge.requests, choice, strict=True))
     tried = 0
     for total, combination in _rising(judge):
         if total >= whole * (1 - ROUND_OFF):

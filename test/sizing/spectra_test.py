@@ -1,0 +1,174 @@
+"""Load spectra against sums by hand, exact integrals, the example of ASTM E1049 and sums over the samples."""
+
+import csv
+import json
+import math
+
+import ksl
+import numpy as np
+import pytest
+from ksl.base.errors import SizingError
+from ksl.sizing.spectra.bearing_classes import bearing_axes
+from ksl.sizing.spectra.classes import round_edges
+from results_tables import AXIS, made_table
+
+RPM = 60 / (2 * math.pi)
+COLUMNS = ["share", "Fx", "Fy", "Fz", "My", "Mz", "speed_rpm"]
+
+
+def turning(seed=3, n=4001):
+    """A joint that turns both ways and pauses, with loads that drift and jump."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 40, n)
+    loads = {c: 100 * rng.normal() + np.cumsum(rng.normal(size=n)) + 40 * np.sin(rng.uniform(0.2, 2) * t) for c in ("fx", "fy", "fz", "tx", "ty", "tz")}
+    speed = np.where(np.abs(np.sin(0.3 * t)) < 0.2, 0.0, 5 * np.sin(0.3 * t))
+    return t, loads, speed
+
+
+def results(**more):
+    t, loads, speed = turning()
+    position = np.cumsum(speed) * (t[1] - t[0])
+    return made_table({"one": {"time": t, "speed": speed, "position": position, "effort": loads["tz"], **loads}}, **more)
+
+
+def test_classes_by_hand():
+    """Samples a second apart, of which the first and the last stand for half a second; the second case occurs three times."""
+    one = {"time": [0, 1, 2, 3], "effort": [-3, 1, 5, 5], "speed": [2, 2, -2, 0], "position": [0, 2, 0, 0]}
+    two = {"time": [0, 1], "effort": [1, 1], "speed": [1, 1], "position": [0, 1]}
+    table = made_table({"one": one, "two": two})
+    asked = {"torque_edges": [-4, 0, 4, 5], "speed_edges": [-3, -1, 1, 3]}
+    s = ksl.spectra(table, "j", **asked, components={"component": [{"kind": "limits", "joint": "j"}], "cases": {"two": 3}})
+    assert s.duration.tolist() == [[0, 0, 0.5], [0, 0, 4], [1, 0.5, 0]]
+    assert np.allclose(2 * math.pi * s.revolutions, [[0, 0, 1], [0, 0, 5], [2, 0, 0]], rtol=1e-15)
+    assert s.equivalent(3) == pytest.approx(((27 * 1 + 1 * 5 + 125 * 2) / 8) ** (1 / 3), rel=1e-15) and s.outside == 0 and s.oscillates
+    hour = ksl.spectra(table, "j", **asked, components={"component": [{"kind": "limits", "joint": "j"}], "shares": {"one": 1, "two": 3}})
+    assert hour.duration.sum() == pytest.approx(3600) and hour.duration[1, 2] == pytest.approx(900 / 3 + 2700)
+    assert ksl.spectra(table, "j", torque_edges=[0, 4], speed_edges=[-3, 3]).notes[-1] == "2 s are outside of the classes of torque and speed"
+
+
+def test_exact_integrals():
+    """A torque that rises evenly at an even speed, and one that rises with the speed."""
+    t = np.linspace(0, 3, 3001)
+    for p in (3.0, 10 / 3):
+        even = ksl.spectra(made_table({"c": {"time": t, "effort": 4 * t, "speed": 2.0, "position": 2 * t}}), "j")
+        assert even.equivalent(p) == pytest.approx(12 * (1 / (p + 1)) ** (1 / p), rel=1e-6)
+        rising = ksl.spectra(made_table({"c": {"time": t, "effort": 4 * t, "speed": 2 * t, "position": t**2}}), "j")
+        assert rising.equivalent(p) == pytest.approx(12 * (2 / (p + 2)) ** (1 / p), rel=1e-6)
+    assert rising.revolutions.sum() == pytest.approx(9 / (2 * math.pi), rel=1e-12) and rising.duration.sum() == pytest.approx(3)
+    assert not rising.oscillates and even.oscillates is (6 < 2 * math.pi)
+
+
+def test_round_edges():
+    for x in ([0.0, 0.0], [-3.0, 9.7], [1e-5, 2e-5], [4.0, 4.0], [-7e6, 1.0], [0.0, 41.3]):
+        edges = round_edges(np.array(x))
+        widths = np.diff(edges)
+        assert edges[0] <= min(x) and max(x) < edges[-1] and len(widths) <= 24 and np.allclose(widths, widths[0])
+        assert np.isclose((edges / widths[0]) % 1, 0.5).all(), "a class lies about zero"
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, -1), AXIS])
+def test_axes_of_the_bearing(axis):
+    R = bearing_axes(np.array(axis, dtype=float))
+    assert np.allclose(R @ R.T, np.eye(3)) and np.linalg.det(R) == pytest.approx(1) and np.allclose(R[0], axis)
+    if sorted(axis) == [0, 0, 1]:
+        k = axis.index(1)
+        assert (R == np.eye(3)[[k, (k + 1) % 3, (k + 2) % 3]]).all(), "in cyclic order"
+
+
+@pytest.mark.parametrize("classes", [6, 12, 40])
+def test_a_bearing_in_classes_keeps_its_equivalent_loads(classes):
+    table = results()
+    s, (t, loads, speed) = ksl.spectra(table, "j"), turning()
+    R, w = bearing_axes(np.array(AXIS)), np.abs(speed) * np.gradient(t)
+    F, M = (np.column_stack([loads[f"{c}{x}"] for x in "xyz"]) @ R.T for c in "ft")
+    b = s.bearing(classes)
+    assert list(b) == COLUMNS and len(b["share"]) <= classes and b["share"].sum() == pytest.approx(1)
+    turned = b["share"] * np.abs(b["speed_rpm"])
+    assert turned.sum() / 60 * 40 == pytest.approx(s.revolutions.sum(), rel=1e-9) and (np.diff(b["share"]) <= 0).all()
+    of_samples = (np.hypot(*F[:, 1:].T), np.abs(F[:, 0]), np.hypot(*M[:, 1:].T))
+    of_classes = (np.hypot(b["Fy"], b["Fz"]), np.abs(b["Fx"]), np.hypot(b["My"], b["Mz"]))
+    w[[0, -1]] /= 2
+    for p in (3.0, 10 / 3):
+        exact = [(np.sum(x**p * w) / w.sum()) ** (1 / p) for x in of_samples]
+        assert np.allclose(s.bearing_equivalent(p), exact, rtol=1e-12)
+        assert np.allclose([(np.sum(x**p * turned) / turned.sum()) ** (1 / p) for x in of_classes], exact, rtol=0.01)
+
+
+def test_too_few_classes_say_how_many_are_needed():
+    """20 N for a while, and 1 N for the rest of the time: one class can't have the mean of both exponents."""
+    t = np.arange(101.0)
+    table = made_table({"c": {"time": t, "fy": np.where(t < 3, 20.0, 1.0), "speed": 1.0, "position": t}})
+    with pytest.raises(SizingError, match=r"classes=1: they keep the equivalent loads to \d.*%, and 1% is asked for; 2 classes do"):
+        ksl.spectra(table, "j").bearing(1)
+    two = ksl.spectra(table, "j").bearing(2)
+    assert np.allclose(np.hypot(two["Fy"], two["Fz"]), [1, 20], rtol=1e-12), "the longest first"
+
+
+def test_moments_about_a_point():
+    """F = (0, 5, 0) about a point 2 m along x: the moment about z is 5·2 less."""
+    table = made_table({"c": {"time": [0, 1, 2], "fy": 5.0, "tz": 3.0, "speed": 1.0, "position": [0, 1, 2]}})
+    at = ksl.spectra(table, ["j"], at={"j": (2, 0, 0)})["j"]
+    assert at.rainflow_matrix("tz").sum() == 0 and at.samples.moment[:, 2].tolist() == [-7, -7, -7]
+    k = np.array(AXIS)
+    M = np.array([0, 0, -7.0])
+    assert at.bearing_equivalent(3).tilting == pytest.approx(np.linalg.norm(M - (M @ k) * k), rel=1e-14)
+
+
+def test_rainflow_of_the_standard():
+    """ASTM E1049-85, figure 6: −2 1 −3 5 −1 3 −4 4 −2; the case occurs twice."""
+    x = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
+    table = made_table({"c": {"time": range(9), "fx": x}})
+    parts = {"component": [{"kind": "limits", "joint": "j"}], "cases": {"c": 2}}
+    s = ksl.spectra(table, "j", components=parts)
+    found = s.rainflow_matrix("fx", range_edges=[2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5], mean_edges=[-5, 5])[:, 0]
+    once = [0.5, 1.5, 0, 0.5, 0, 1.0, 0.5]
+    assert found.tolist() == [2 * n for n in once]
+
+
+def test_files(tmp_path):
+    found = ksl.spectra(results())
+    assert found.write(tmp_path / "s", classes=8) == ["bearings.csv", "durations.csv", "rainflow.csv", "spectra.json"]
+    with open(tmp_path / "s/bearings.csv", encoding="utf-8", newline="") as f:
+        rows = list(csv.reader(line for line in f if not line.startswith("#")))
+    assert rows[0] == ["joint", *COLUMNS] and [float(row[1]) for row in rows[1:]] == found["j"].bearing(8)["share"].tolist()
+    with open(tmp_path / "s/durations.csv", encoding="utf-8", newline="") as f:
+        durations = list(csv.DictReader(line for line in f if not line.startswith("#")))
+    assert sum(float(row["duration"]) for row in durations) == pytest.approx(40)
+    said = json.loads((tmp_path / "s/spectra.json").read_text(encoding="utf-8"))
+    assert said["joints"]["j"]["equivalent"]["p = 3"]["torque"] == found["j"].equivalent(3) and "share of the time" in said["conventions"]["bearings"]
+    pytest.importorskip("openpyxl")
+    import openpyxl
+
+    found.write(tmp_path / "s", xlsx=True)
+    book = openpyxl.load_workbook(tmp_path / "s/spectra.xlsx")
+    assert book.sheetnames == ["bearings", "durations", "rainflow", "bearing 1", "About"] and [c.value for c in book["bearing 1"][1]] == COLUMNS
+    with pytest.raises(SizingError, match="holds spectra of r, and these are of other"):
+        ksl.spectra(results(robot="other")).write(tmp_path / "s")
+
+
+def test_bad_input():
+    table = results()
+    for asked, sentence in (
+        ({"torque_edges": [1, 1]}, "torque_edges: expected two numbers or more that increase"),
+        ({"speed_edges": "fast"}, "speed_edges: expected"),
+        ({"at": (0, 0)}, "at needs three finite numbers"),
+        ({"on": "both"}, "on"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            ksl.spectra(table, "j", **asked)
+    with pytest.raises(SizingError, match="no joint named 'k'"):
+        ksl.spectra(table, "k")
+    s = ksl.spectra(table, "j")
+    with pytest.raises(SizingError, match="no component named 'f'"):
+        s.rainflow("f")
+    with pytest.raises(SizingError, match="classes=0: expected a whole number"):
+        s.bearing(0)
+    slide = ksl.spectra(made_table({"c": {"time": [0, 1], "effort": 1.0, "speed": 1.0, "position": [0, 1]}}, "prismatic"), "j")
+    assert slide.duration.sum() == 1
+    for asked in (lambda: slide.revolutions, lambda: slide.bearing()):
+        with pytest.raises(SizingError, match="j is prismatic: .* need a joint that turns about one axis"):
+            asked()
+    fixed = ksl.spectra(made_table({"c": {"time": [0, 1, 2], "fx": [0, 1, 0]}}, "fixed"), "j")
+    assert fixed.rainflow("fx").ranges.tolist() == [1, 1]
+    with pytest.raises(SizingError, match="j is fixed: classes of torque and speed"):
+        fixed.duration
