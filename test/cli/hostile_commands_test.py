@@ -49,6 +49,8 @@ def hostile(tmp_path_factory):
         table.writerows([k / 10, *[0.1 * k] * len(BAD)] for k in range(8))
     motor = '[[component]]\njoint = "=HYPERLINK(1)"\nkind = "motor"\nname = "=\\u202e\\u001b"\npeak_torque = 9\n'
     (folder / "components.toml").write_text(motor)
+    (folder / "asked.toml").write_text('[[choose]]\njoint = "=HYPERLINK(1)"\nkind = "limits"\nlink = "[red]x[/red]"\n')
+    (folder / "catalogue.csv").write_text("kind,name,size,mass,torque\nlimits,'=\u202e,\u009b31m,1,1e9\n", encoding="utf-8")
     (folder / "sweep.toml").write_text('[base]\nmotion = "motion.csv"\n[[vary]]\nkind = "payload"\nlink = "=HYPERLINK(1)"\nvalues = [0, 1]\n')
     assert run("loads", "robot.urdf", "motion.csv", "-o", "results", inside=folder).returncode == 0
     return folder
@@ -129,6 +131,8 @@ PRINTED = {
     "simulate": (("simulate", "robot.urdf", "--until", "0.02", "--pose", "=HYPERLINK(1)=0.1", "--dry-friction", "-2+3=1", "-o", "OUT"), 0),
     "size": (("size", "results", "components.toml", "-o", "OUT"), 0),
     "size --example": (("size", "results", "--example"), 0),
+    "size --spectra": (("size", "results", "--spectra", "-o", "OUT"), 0),
+    "size --choose": (("size", "results", "asked.toml", "--choose", "catalogue.csv", "-o", "OUT"), 0),
     "sweep": (("sweep", "robot.urdf", "sweep.toml", "-o", "OUT"), 0),
     "view": (("view", "robot.urdf", "--export", "OUT.html"), 0),
     "names of files": (("loads", "\x1b[31m.urdf", "\u202e.csv"), 2),
@@ -242,6 +246,7 @@ FILES = {
     "cases": ("loads", "ROBOT", "--cases", "X"),
     "components": ("loads", "ROBOT", "MOTION", "--components", "X"),
     "size": ("size", "X", "X"),
+    "choose": ("size", "RESULTS", "COMPONENTS", "--choose", "X"),
     "sweep": ("sweep", "ROBOT", "X"),
     "hold": ("hold", "ROBOT", "--pose", "X"),
     "waypoints": ("motion", "ROBOT", "--kind", "minjerk", "--waypoints", "X", "-o", "OUT.csv"),
@@ -285,7 +290,7 @@ def test_files_that_no_reader_wants(hostile, nasty, examples, tmp_path, what, mo
     warm()
     if what == "view":
         pytest.importorskip("viser")
-    places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv", "LOOPED": examples / "robots/excavator.urdf"}
+    places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv", "LOOPED": examples / "robots/excavator.urdf", "RESULTS": hostile / "results", "COMPONENTS": hostile / "components.toml"}
     endless = ["pipe", "sparse", "/dev/zero", "bytes\udcff"]  # of robot files the tests of the loader have these
     for name in [n for n in [*NASTY, "/dev/zero"] if not (what in ("info", "view", "compare") and n in endless)]:
         file = nasty / name

@@ -26,7 +26,12 @@ COMMANDS = {
         ("ROBOT", "DIR/motion.parquet", "-o", "DIR/some", "--joints", "joint,-,Arm,arm,🦾", "--at", "-=0,0,0.1"),
     ],
     "simulate": [("ROBOT", "--until", "0.02", "--pose", "case=0.1", "--dry-friction", "Arm=1", "-o", "DIR/simulated")],
-    "size": [("DIR/results", "DIR/components.toml", "-o", "DIR/sizes"), ("DIR/results", "--example")],
+    "size": [
+        ("DIR/results", "DIR/components.toml", "-o", "DIR/sizes"),
+        ("DIR/results", "--example"),
+        ("DIR/results", "--spectra", "-o", "DIR/spectra"),
+        ("DIR/results", "DIR/choose.toml", "--choose", "DIR/catalogue.toml"),
+    ],
     "sweep": [("ROBOT", "DIR/sweep.toml", "-o", "DIR/sweep")],
     "view": [("ROBOT", "--export", "DIR/rest.html", "--joint", "world")],
 }
@@ -41,6 +46,8 @@ def folder(tmp_path_factory):
     (folder / "robot.urdf").write_text(chain(NAMES, "world", "base link"), encoding="utf-8")
     (folder / "sweep.toml").write_text(SWEEP)
     (folder / "components.toml").write_text(COMPONENTS)
+    (folder / "choose.toml").write_text('[[choose]]\njoint = "-"\nkind = "limits"\nlink = "Arm"\n')
+    (folder / "catalogue.toml").write_text('[[component]]\nkind = "limits"\nname = "-"\nmass = 1\ntorque = 1e9\n')
     return folder
 
 

@@ -37,6 +37,7 @@ NEED = {
     "a report": 'ksl.hold(m).report("{out}/report.html")',
     "the worst pose": 'ksl.hold(m, worst="elbow")',
     "sizing": 'ksl.size("{out}")',
+    "spectra": 'ksl.spectra("{out}")',
     "a sweep": 'ksl.sweep("robots/panda.urdf", "sweeps/panda_payload.toml", "{out}/sweep")',
     "a generated motion": "generate.minimum_jerk(m)",
     "a motion in Parquet": 'generate.write_motion(m, generate.trapezoid(m), "{out}/m.parquet")',

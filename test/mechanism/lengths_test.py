@@ -65,6 +65,7 @@ FILES = {
     ("sweep", "center"): (SWEEP + 'kind = "center"\nlink = "rod"\naxis = [1, 0, 0]\nfrom = -5\nto = 5\nsteps = 2', "it moves a centre of mass by 5 m"),
     ("sweep", "gravity"): (SWEEP.replace("\n[[", "\ngravity = [0, 0, -9810]\n[[") + 'kind = "speed"\nvalues = [1]', "is that in mm/s²?"),
     ("components", "at"): (COMPONENTS, "limits: at is 5 m"),
+    ("choose", "at"): ('[[choose]]\nkind = "limits"\njoint = "pin"\nlink = "tip"\nat = [0, 0, 9]', "given.toml:3: what is chosen for pin is 9 m from the link's origin"),
 }  # fmt: skip
 """Fields of files that take a length."""
 OTHERS = {
@@ -84,6 +85,7 @@ OTHERS = {
 def folder(tmp_path_factory):
     at = tmp_path_factory.mktemp("lengths")
     (at / "arm.urdf").write_text(ROBOT)
+    (at / "catalogue.csv").write_text("kind,name,mass,radial_force\nlimits,a,1,1e9\n")
     for name, x in (("m", 0.3), ("mm", 300)):
         (at / f"{name}.csv").write_text("time,slide,slide.v,slide.a,pin,pin.v,pin.a\n" + "".join(f"{k / 10},{x},0,0,0,0,0\n" for k in range(10)))
     ksl.compute_loads(at / "arm.urdf", at / "m.csv").write(at / "results")
@@ -163,6 +165,7 @@ def test_field(folder, field):
         "cases": ["loads", "arm.urdf", "--cases", "given.toml", "-o", "out"],
         "sweep": ["sweep", "arm.urdf", "given.toml", "-o", "swept", "--force"],
         "components": ["size", "results", "given.toml"],
+        "choose": ["size", "results", "given.toml", "--choose", "catalogue.csv"],
     }[field[0]]
     assert sentence in said(folder, command)
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ksl.base.csv_cells import text_of_cell
 from ksl.base.errors import SizingError, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import path_given
@@ -20,6 +17,7 @@ from ksl.sizing.catalogue.catalogue import KINDS
 from ksl.sizing.catalogue.catalogue_key import Key, Kind
 from ksl.sizing.catalogue.catalogue_numbers import as_toml
 from ksl.sizing.choice.requests import NOT_CHOSEN
+from ksl.sizing.choice.rows import rows_of_csv, rows_of_workbook, tables_of_rows
 from ksl.sizing.parts import Part, Request
 from ksl.sizing.reader import Reader
 
@@ -83,14 +81,11 @@ def catalogue_given(given: str | os.PathLike[str] | Mapping[str, Any] | Catalogu
     if isinstance(given, Mapping):
         return _catalogue(Reader("catalogue", as_toml(given), {}))
     file = path_given(given, "a catalogue", "choose")
-    ending = Path(file).suffix.lower()
-    if ending == ".xlsx":
-        with being_read("catalogue", file, SizingError):
-            return _of_rows(file, _rows_of_workbook(file))
     with being_read("catalogue", file, SizingError):
+        rows = {".csv": rows_of_csv, ".xlsx": rows_of_workbook}.get(Path(file).suffix.lower())
+        if rows is not None:
+            return _catalogue(Reader(file, *tables_of_rows(file, rows(file, MEND), MEND)))
         text = read_text(file, SizingError, MEND)
-    if ending == ".csv":
-        return _of_rows(file, list(csv.reader(io.StringIO(text))))
     return _catalogue(Reader(file, toml_of(text, file, SizingError), toml_lines(text)))
 
 
@@ -141,67 +136,3 @@ def _joined(offered: Mapping[str, Any], asked: Mapping[str, Any], offer: str, re
         else:
             found[key] = value
     return found
-
-
-def _rows_of_workbook(file: str) -> list[list[Any]]:
-    """The cells of the first sheet."""
-    try:
-        import openpyxl
-    except ModuleNotFoundError:
-        raise SizingError(f"{file}: is read by the package openpyxl; install it: pip install 'ksl[xlsx]'; or save the sheet as CSV") from None
-    try:
-        book = openpyxl.load_workbook(file, read_only=True, data_only=True, keep_links=False)
-        return [list(row) for row in book.worksheets[0].iter_rows(values_only=True)]
-    except MemoryError:
-        raise
-    except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
-        raise SizingError(f"{file}: is no workbook that can be read ({type(e).__name__}); save it again, or save the sheet as CSV") from None
-
-
-def _of_rows(file: str, rows: Sequence[Sequence[Any]]) -> Catalogue:
-    """A catalogue of a table: the first row has the keys, those of inner tables with a dot; empty cells are no values, rows that begin with # are comments."""
-    numbered = [(k, row) for k, row in enumerate(rows, 1) if any(not _empty(x) for x in row) and not str(row[0]).startswith("#")]
-    if len(numbered) < 2:
-        raise SizingError(f"{file}: holds no components; {MEND}")
-    names = ["" if _empty(x) else str(x).strip() for x in numbered[0][1]]
-    twice = [name for k, name in enumerate(names) if name and name in names[:k]]
-    if twice:
-        raise SizingError(f"{file}:{numbered[0][0]}: two columns are named {twice[0]!r}")
-    entries: list[dict[str, Any]] = []
-    lines: dict[Any, int] = {}
-    for line, row in numbered[1:]:
-        lines["component", len(entries)] = line
-        entry: dict[str, Any] = {}
-        for name, x in zip(names, row, strict=False):
-            if _empty(x):
-                continue
-            if not name:
-                raise SizingError(f"{file}:{line}: {x!r} is in a column without a name; name it in the first row")
-            table, _, key = name.rpartition(".")
-            inside = entry.setdefault(table, {}) if table else entry
-            if not isinstance(inside, dict):
-                raise SizingError(f"{file}:{line}: the columns {table} and {name} exclude each other")
-            inside[key] = _cell(x, f"{file}:{line}: {name}", key in ("kind", "name", "size"))
-        entries.append(entry)
-    return _catalogue(Reader(file, {"component": entries}, lines))
-
-
-def _empty(x: Any) -> bool:
-    return x is None or (isinstance(x, str) and not x.strip())
-
-
-def _cell(x: Any, where: str, is_text: bool) -> Any:
-    """A number, a list in the form of TOML, or text."""
-    if not isinstance(x, str):
-        return str(x) if is_text else x
-    text = text_of_cell(x.strip())
-    if is_text:
-        return text
-    if text[:1] in "[{":
-        return toml_of(f"x = {text}", where, SizingError)["x"]
-    for number in (int, float):
-        try:
-            return number(text)
-        except ValueError:
-            continue
-    return text
