@@ -6,6 +6,7 @@ import math
 
 import ksl
 import numpy as np
+import pyarrow as pa
 import pytest
 from ksl.base.errors import SizingError
 from ksl.sizing.spectra.bearing_classes import bearing_axes
@@ -172,3 +173,14 @@ def test_bad_input():
     assert fixed.rainflow("fx").ranges.tolist() == [1, 1]
     with pytest.raises(SizingError, match="j is fixed: classes of torque and speed"):
         fixed.duration.sum()
+
+
+def test_what_rigid_bodies_leave_open(examples):
+    """A hinge of the excavator: only its radial force is determined."""
+    t = np.arange(12.0)
+    motion = pa.table({"time": t} | {f"{name}_cylinder": 0.5 + 0.01 * t for name in ("boom", "stick", "bucket")})
+    found = ksl.spectra(ksl.compute_loads(examples / "robots/excavator.urdf", motion), ["boom_foot"])
+    s = found["boom_foot"]
+    assert s.left_open == ("axial", "tilting") and "rigid bodies leave" in found.notes[-1]
+    said = found.as_dict()["joints"]["boom_foot"]["equivalent"]["p = 3"]
+    assert said["axial"] is None and said["tilting"] is None and said["radial"] == s.bearing_equivalent(3).radial > 1000

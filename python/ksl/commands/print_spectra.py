@@ -22,7 +22,7 @@ def print_spectra(found: SpectraOfJoints, console: Console, classes: int) -> Non
     turning = {name: s for name, s in found.items() if s.samples.joint.turns}
     for power, p in POWERS.items() if turning else ():
         names = ["torque N m", "radial N", "axial N", "tilting N m", "r/min", "turns"]
-        _table(console, f"Equivalent loads, p = {power}", [["joint"], names], [[name, *map(significant, _loads(s, p))] for name, s in turning.items()])
+        _table(console, f"Equivalent loads, p = {power}", [["joint"], names], [[name, *_cells(s, p)] for name, s in turning.items()])
     if len(turning) == 1:
         name, s = next(iter(turning.items()))
         heads = [f"{column.removesuffix('_rpm')} {unit}".strip() for column, unit in COLUMNS.items()]
@@ -35,8 +35,9 @@ def print_spectra(found: SpectraOfJoints, console: Console, classes: int) -> Non
         say(console, "no joint turns or slides along one axis")
 
 
-def _loads(s: Spectra, p: float) -> list[float]:
-    return [s.equivalent(p), *s.bearing_equivalent(p), mean_speed(s.samples.speed, s.samples.weight) * RPM, float(s.revolutions.sum())]
+def _cells(s: Spectra, p: float) -> list[str]:
+    loads = ["open" if name in s.left_open else significant(x) for name, x in s.bearing_equivalent(p)._asdict().items()]
+    return [significant(s.equivalent(p)), *loads, significant(mean_speed(s.samples.speed, s.samples.weight) * RPM), significant(float(s.revolutions.sum()))]
 
 
 def _table(console: Console, title: str, groups: list[list[str]], rows: list[list[str]]) -> None:

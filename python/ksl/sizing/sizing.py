@@ -214,6 +214,7 @@ class Sizing:
 
     def __repr__(self) -> str:
         lines = [f"Sizing of {self.verdict}"]
+        lines += [f"  chosen for {c.joint}: {c.kind} {c.name}, {significant(c.utilisation, 3)} ({c.figure}); next smaller: {c.why}" for c in self.choices]
         for f in self.figures[:12]:
             lines.append(
                 f"  {significant(f.utilisation, 3):>6}  {f.joint}  {f.component}  {f.figure}  {significant(f.value)} {f.unit}".rstrip()

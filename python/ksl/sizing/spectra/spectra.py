@@ -19,7 +19,11 @@ from ksl.sizing.spectra.bearing_classes import BearingLoads, Equivalent, bearing
 from ksl.sizing.spectra.classes import edges_given
 
 
-@dataclass(frozen=True)
+QUANTITIES = {"radial": "radial_force", "axial": "axial_force", "tilting": "bending_moment"}
+"""{load of a bearing: quantity of the samples}."""
+
+
+@dataclass(frozen=True, repr=False)
 class Spectra:
     """How long a joint has which torque and speed, its cycles, and the loads of its bearing.  Times, revolutions and cycles are of one pass through all
     load cases with their repetitions; of one hour where they have shares of the time."""
@@ -113,6 +117,16 @@ class Spectra:
         if self.samples.undetermined:
             found.append(f"rigid bodies leave {' '.join(self.samples.undetermined)} open; their values need stiffnesses of joints")
         return tuple(found)
+
+    @property
+    def left_open(self) -> tuple[str, ...]:
+        """Those of radial, axial and tilting that rigid bodies leave open: their numbers are those of least norm."""
+        found = self.samples.open_quantities() if self.samples.undetermined else []
+        return tuple(name for name, quantity in QUANTITIES.items() if quantity in found)
+
+    def __repr__(self) -> str:
+        turned = f", {self.revolutions.sum():.4g} revolutions" if self._turns else ""
+        return f"<ksl spectra of {self.joint}: {self.seconds.sum():.4g} s{turned}>"
 
     @property
     def _turns(self) -> bool:

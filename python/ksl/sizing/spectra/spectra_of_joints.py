@@ -105,7 +105,7 @@ def _of_joint(s: Spectra, classes: int) -> dict[str, Any]:
 
 def _loads(s: Spectra, p: float) -> dict[str, float | None]:
     e = s.bearing_equivalent(p)
-    return {"radial": _number(e.radial), "axial": _number(e.axial), "tilting": _number(e.tilting)}
+    return {name: None if name in s.left_open else _number(x) for name, x in e._asdict().items()}
 
 
 def _number(x: float) -> float | None:
