@@ -26,13 +26,7 @@ iso_281 = 2007            # edition whose reliability factors are taken: 2007 or
 # pick = 0.7
 # idle = 0.3
 
-# [[choose]]              # of a component that `--choose CATALOGUE` answers: the least entry that holds
-# joint = "JOINT"
-# kind = "motor"
-# margin = 1.25            # every utilisation is at most 1/1.25
-# by = "mass"              # or "price"
-# link = "LINK"            # which link carries it; otherwise the ground
-# at = [0, 0, 0]           # m, where on that link its mass is
+# [[choose]]              # a component that --choose CATALOGUE finds: joint, kind, margin, by, link, at
 """
 
 
