@@ -18,6 +18,8 @@ KEPT = 0.01
 """How far the equivalent loads of the classes may be from those of the samples, relative to these."""
 BETWEEN = (BALL * ROLLER) ** 0.5
 """The exponent of the mean load of a class: between those of balls and rollers, so that both are met."""
+STRETCH = (0.25, 64.0)
+"""Exponents by which loads of classes may be stretched."""
 MOST = 4096
 """Classes that are tried, at most, to say how many are needed."""
 RPM = 30.0 / np.pi
@@ -71,7 +73,7 @@ def bearing_classes(loads: BearingLoads, classes: int) -> dict[str, Array]:
     """The columns `COLUMNS` of at most so many classes, the longest first.  Raises SizingError where they don't keep the equivalent loads.
 
     Samples that stand are one class.  The others are split where loads or speed differ most until there are enough.  The load of a class is the
-    mean load of its samples, in their mean direction, and its speed their mean speed.  O(n · classes).
+    mean load of its samples, in their mean direction, and its speed their mean speed; what the means have lost of the peaks, `_stretched` gives back.  O(n · classes).
     """
     if not isinstance(classes, int) or classes < 1:
         raise SizingError(f"classes={classes!r}: expected a whole number, 1 or more")
@@ -94,24 +96,25 @@ def _reduced(loads: BearingLoads, classes: int) -> dict[str, Array]:
         groups += _split(loads, np.flatnonzero(turns), classes - len(groups))
     counted = np.flatnonzero(loads.weight > 0)
     rows = [_row(loads, group, counted if len(groups) == 1 else group) for group in groups]
-    table = np.array(sorted(rows, key=lambda row: -row[0]))
+    table = _stretched(loads, np.array(sorted(rows, key=lambda row: -row[0])))
     return dict(zip(COLUMNS, table.T.copy(), strict=True))
 
 
 def _split(loads: BearingLoads, rows: np.ndarray, classes: int) -> list[np.ndarray]:
     """Samples in groups of like loads: again and again, that with the largest spread is split at the mean of what is spread most."""
     scale = [x or 1.0 for x in loads.equivalent(BETWEEN)]
-    radial, _, tilting = loads.magnitudes
+    radial, axial, tilting = (x / of for x, of in zip(loads.magnitudes, scale, strict=True))
     features = np.column_stack([
-        radial / scale[0], loads.axial / scale[1], tilting / scale[2],
-        0.5 * loads.radial / scale[0], 0.5 * loads.tilting / scale[2], 0.5 * loads.speed / np.abs(loads.speed).max(),
+        radial, axial, tilting,
+        0.5 * loads.radial / scale[0], 0.5 * loads.axial / scale[1], 0.5 * loads.tilting / scale[2], 0.5 * loads.speed / np.abs(loads.speed).max(),
     ])  # fmt: skip
-    weight = loads.turned
+    ones = np.ones(len(radial))  # the mean of |x|^p of a class errs by p (p − 1)/2 |x|^(p − 2) times its spread: about |x| for p = 3
+    weight = loads.turned[:, None] * np.column_stack([radial, axial, tilting, radial, radial, axial, tilting, tilting, ones])
 
     def spread(group: np.ndarray) -> tuple[float, int, float]:
         x, w = features[group], weight[group]
-        mean = w @ x / w.sum()
-        variance = w @ (x - mean) ** 2
+        mean = (w * x).sum(axis=0) / np.maximum(w.sum(axis=0), np.finfo(float).tiny)
+        variance = (w * (x - mean) ** 2).sum(axis=0)
         k = int(np.argmax(variance))
         return float(variance[k]), k, float(mean[k])
 
@@ -140,6 +143,40 @@ def _row(loads: BearingLoads, group: np.ndarray, lasting: np.ndarray) -> list[fl
     speed = way * float(t @ np.abs(loads.speed[lasting])) / float(t.sum()) * RPM
     radial, tilting = (mean(np.hypot(*x[group].T)) * _direction(x[group], w) for x in (loads.radial, loads.tilting))
     return [float(t.sum() / loads.weight.sum()), along * mean(loads.axial[group]), *radial, *tilting, speed]
+
+
+def _stretched(loads: BearingLoads, table: Array) -> Array:
+    """The classes with their radial, axial and tilting loads x as a x^b, where a and b, near 1, make both equivalent loads those of the samples."""
+    turned = table[:, 0] * np.abs(table[:, -1])
+    few = BearingLoads(table[:, 1], table[:, 2:4], table[:, 4:6], table[:, -1], table[:, 0])
+    if not turned.any():
+        return table
+    balls, rollers = loads.equivalent(BALL), loads.equivalent(ROLLER)
+    for x, ball, roller, columns in zip(few.magnitudes, balls, rollers, (slice(2, 4), slice(1, 2), slice(4, 6)), strict=True):
+        used = (turned > 0) & (x > 0)
+        if not used.any() or not ball > 0:
+            continue
+        b = _exponent(x[used] / ball, turned[used], roller / ball)
+        means = [mean_load((x[used] / ball) ** b, turned[used], np.ones(int(used.sum())), p) for p in (BALL, ROLLER)]
+        a = ball / (means[0] * means[1] * ball / roller) ** 0.5  # of both: what is left of the ratio is shared
+        table[used, columns] *= (a * (x[used] / ball) ** b / x[used])[:, None]
+    return table
+
+
+def _exponent(x: Array, turned: Array, ratio: float) -> float:
+    """b that gives x^b the ratio of the mean loads of rollers and balls, which grows with b; 1 where none of `STRETCH` does."""
+
+    def off(b: float) -> float:
+        y = x**b
+        return mean_load(y, turned, np.ones(len(y)), ROLLER) / mean_load(y, turned, np.ones(len(y)), BALL) - ratio
+
+    low, high = STRETCH
+    if not off(low) < 0 < off(high):
+        return 1.0
+    for _ in range(52):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if off(middle) < 0 else (low, middle)
+    return 0.5 * (low + high)
 
 
 def _direction(x: Array, w: Array) -> Array:
