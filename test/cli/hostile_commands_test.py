@@ -124,7 +124,7 @@ PRINTED = {
     "check": (("check", "robot.urdf", "--all"), 1),
     "check --json": (("check", "robot.urdf", "--json"), 1),
     "compare": (("compare", "robot.urdf", "--with", "mujoco", "--states", "1"), 0),
-    "loads": (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"), 0),
+    "loads": (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv", "--mcap", "--mat"), 0),
     "generate": (("generate", "robot.urdf", "--algorithms", "bias", "-o", "OUT"), 0),
     "hold": (("hold", "robot.urdf"), 0),
     "motion": (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),

@@ -22,7 +22,7 @@ COMMANDS = {
     "info": [("ROBOT",)],
     "motion": [("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.csv"), ("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.parquet")],
     "loads": [
-        ("ROBOT", "DIR/motion.csv", "-o", "DIR/results", "--csv", "--json"),
+        ("ROBOT", "DIR/motion.csv", "-o", "DIR/results", "--csv", "--json", "--mcap", "--mat"),
         ("ROBOT", "DIR/motion.parquet", "-o", "DIR/some", "--joints", "joint,-,Arm,arm,🦾", "--at", "-=0,0,0.1"),
     ],
     "simulate": [("ROBOT", "--until", "0.02", "--pose", "case=0.1", "--dry-friction", "Arm=1", "-o", "DIR/simulated")],

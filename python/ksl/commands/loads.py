@@ -24,6 +24,8 @@ from ksl.commands.options import (
     WriteCsv,
     WriteJson,
     WritePdf,
+    WriteMat,
+    WriteMcap,
     WriteXlsx,
     carried_payloads,
     check_order,
@@ -54,6 +56,8 @@ def loads(
     output: Folder = Path("loads"),
     csv: WriteCsv = False,
     xlsx: WriteXlsx = False,
+    mcap: WriteMcap = False,
+    mat: WriteMat = False,
     json: WriteJson = False,
     pdf: WritePdf = False,
     components: Components = None,
@@ -106,7 +110,7 @@ def loads(
             when="asked", inputs=stiff, options={"at": at, "joints": joints, **_of_robot(model, how, stiffness)}, command=command_line(),
         )  # fmt: skip
         out = console(120)
-        files = written(run, output, out, csv, force, report, xlsx=xlsx)
+        files = written(run, output, out, csv, force, report, xlsx=xlsx, mcap=mcap, mat=mat)
         print_run(out, run, [f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise

@@ -121,6 +121,8 @@ def path_with_a_name(path: str | Path) -> Path:
 Folder = Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results.")]
 WriteCsv = Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")]
 WriteXlsx = Annotated[bool, typer.Option("--xlsx", help="Write results.xlsx, a workbook with a sheet for each table.")]
+WriteMcap = Annotated[bool, typer.Option("--mcap", help="Write wrenches.mcap, messages of ROS 2 for Foxglove, PlotJuggler and RViz.")]
+WriteMat = Annotated[bool, typer.Option("--mat", help="Write wrenches.mat, for MATLAB and Octave.")]
 WriteJson = Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")]
 WritePdf = Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")]
 Components = Annotated[Path | None, typer.Option("--components", metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")]

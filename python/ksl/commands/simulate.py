@@ -25,6 +25,8 @@ from ksl.commands.options import (
     WriteCsv,
     WriteJson,
     WritePdf,
+    WriteMat,
+    WriteMcap,
     WriteXlsx,
     carried_payloads,
     check_order,
@@ -69,6 +71,8 @@ def simulate(
     output: Folder = Path("simulated"),
     csv: WriteCsv = False,
     xlsx: WriteXlsx = False,
+    mcap: WriteMcap = False,
+    mat: WriteMat = False,
     json: WriteJson = False,
     pdf: WritePdf = False,
     components: Components = None,
@@ -117,7 +121,7 @@ def simulate(
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
         out, report = console(120), ReportFiles.wanted(json, "A4" if pdf else None, components)
-        names = written(run, output, out, csv, force, report, _motions(model, found), xlsx=xlsx)
+        names = written(run, output, out, csv, force, report, _motions(model, found), xlsx=xlsx, mcap=mcap, mat=mat)
         print_run(out, run, [f"written to {output}: {', '.join(names)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 def written(
     run: Run, output: Path, out: Console, csv: bool, force: bool, report: ReportFiles, beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
-    xlsx: bool = False,
+    xlsx: bool = False, mcap: bool = False, mat: bool = False,
 ) -> list[str]:
-    """The names of the files.  beside, xlsx: as of :meth:`Run.write`."""
+    """The names of the files.  beside, xlsx, mcap, mat: as of :meth:`Run.write`."""
     if not out.is_terminal:
-        return run.write(output, csv, force, report=report, beside=beside, xlsx=xlsx)
+        return run.write(output, csv, force, report=report, beside=beside, xlsx=xlsx, mcap=mcap, mat=mat)
     from rich.progress import Progress
 
     with Progress(console=out, transient=True) as progress:
         task = progress.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
-        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report, beside, xlsx)
+        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report, beside, xlsx, mcap, mat)

@@ -18,6 +18,7 @@ from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
 from ksl.load_cases.verdict import Verdict, percent
 from ksl.output import refuse_inputs, staged, whole_file
+from ksl.report import mat_file, mcap_file
 from ksl.report.files import ReportFiles
 from ksl.report.result_files import RESULTS, WrenchFiles, refuse_others
 from ksl.report.workbook import WORKBOOK, check_package, write_workbook
@@ -35,6 +36,7 @@ class Run(ComputedCases):
     def write(
         self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
         report: ReportFiles = ReportFiles(), beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}), xlsx: bool = False,
+        mcap: bool = False, mat: bool = False,
     ) -> list[str]:  # fmt: skip
         """Writes wrenches.parquet, summary.csv and report.html.
 
@@ -42,6 +44,7 @@ class Run(ComputedCases):
         and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
         report: whether there shall be report.json and report.pdf, and components that the report checks.  beside: more files by name, and what
         writes each.  xlsx: results.xlsx too, a sheet for each table, with units; needs the extra `ksl[xlsx]`.
+        mcap: wrenches.mcap, messages of ROS 2 for Foxglove, PlotJuggler and RViz; needs `ksl[bags]`.  mat: wrenches.mat for MATLAB.
         Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
 
@@ -50,6 +53,8 @@ class Run(ComputedCases):
         folder = Path(directory)
         if xlsx:
             check_package()
+        if mcap:
+            mcap_file.check_package()
         names = (*RESULTS, *beside)
         refuse_inputs([folder / name for name in names], [*self._files_read, *([report.components] if report.components else [])])
         check = None if force else partial(refuse_others, folder, self.provenance)
@@ -59,6 +64,10 @@ class Run(ComputedCases):
             write_summary(stage / SUMMARY, self.rows, self.provenance)
             if xlsx:
                 write_workbook(stage / WORKBOOK, stage / "wrenches.parquet", self.rows, self.provenance)
+            if mcap:
+                mcap_file.write_mcap(stage / mcap_file.FILE, self.cases, self.provenance)
+            if mat:
+                mat_file.write_mat(stage / mat_file.FILE, self.cases, self.provenance)
             report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
             for name, write in beside.items():
                 write(stage / name)

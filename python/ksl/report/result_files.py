@@ -16,13 +16,14 @@ from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.summary_table import FIRST_LINE, SUMMARY
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.output import OutputError, flush_early, refuse_unknown
+from ksl.report import mat_file, mcap_file
 from ksl.report.files import NAMES as REPORT_FILES
 from ksl.report.workbook import WORKBOOK
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", SUMMARY, WORKBOOK, *REPORT_FILES)
+RESULTS = ("wrenches.parquet", "wrenches.csv", mcap_file.FILE, mat_file.FILE, SUMMARY, WORKBOOK, *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
