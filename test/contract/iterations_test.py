@@ -78,6 +78,8 @@ NEED_NONE = {
     "motions/generate/sweep.py: chirp": "raises MotionError",
     "robot_files/usd/masses.py: principal_axes": "Jacobi's rotations of three by three elements, which end in rounding after about ten of fifty",
     "viewer/shapes.py: simplified": "how many triangles are drawn",
+    "sizing/spectra/bearing_classes.py: bearing_classes": "raises SizingError; the classes are doubled to say how many do",
+    "sizing/spectra/bearing_classes.py: _exponent": "a bisection of a monotone function down to rounding; what has no root stays as it is, and the error that is left is judged",
     "checks/joint_rules.py: mimic_chain": "a walk along a chain",
     "motions/files/parquet_footer.py: _skip": "a walk along a list",
 }

@@ -85,6 +85,10 @@ def test_the_command(loads, tmp_path):
     assert re.search(r"panda_joint2\s+motor\s+K85 ", done.output) and "K70: rms torque 0.835" in done.output and "no combination with less holds" in done.output.replace("\n  ", " ")
     said = json.loads((tmp_path / "out/sizing.json").read_text(encoding="utf-8"))
     assert [c["name"] for c in said["choice"]["choices"]] == ["W20-100", "K85", "W17-100", "K60", "2 x T40"] and said["choice"]["settled"]
+    with open(tmp_path / "out/choices.csv", encoding="utf-8", newline="") as f:
+        rows = list(csv.DictReader(line for line in f if not line.startswith("#")))
+    assert [(row["name"], float(row["utilisation"])) for row in rows] == [(c["name"], c["utilisation"]) for c in said["choice"]["choices"]]
+    assert rows[1]["next_smaller_fails"] == "K70: rms torque 0.835" and rows[1]["holds"] == "K85, E85, K85 long, K115" and rows[4]["price"] == "38"
     assert {file["role"] for file in said["inputs"]} == {"results", "components", "catalogue"}
     run = ksl.compute_loads(ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv")
     of_run = ksl.size(run, ASKED, choose=SAMPLE)
@@ -167,7 +171,8 @@ WRONG_REQUESTS = [
     ('joint = "panda_joint2"\nkind = "motor"\nlink = "panda_lnk1"', r"no link named 'panda_lnk1'; did you mean 'panda_link1'"),
     ('joint = "base"\nkind = "motor"', r":2: a motor sits on a joint that has one coordinate, and base is fixed"),
     ('joint = "panda_joint2"\nkind = "motor"\n[[choose]]\njoint = "panda_joint2"\nkind = "motor"', r":5: a second motor is to be chosen for panda_joint2"),
-    ('joint = "panda_joint2"\nkind = "motor"\ngear_ratio = 100', r"no motor of c.csv holds: none of them has a limit that could be compared, a for one"),
+    ('joint = "panda_joint2"\nkind = "motor"', r"none of them has a figure that could be compared; of a: .*; gear_ratio is not given, and no gear on this joint has a ratio"),
+    ('joint = "panda_joint2"\nkind = "motor"\ngear_ratio = 100', r"no motor of c.csv holds: none of them has a figure that could be compared; of a: .*; rated_torque is not given; peak_torque is not given"),
 ]
 
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 WORKBOOK = "sizing.xlsx"
-FILES = ("sizing.parquet", "sizing.csv", "sizing.json", "peaks.parquet", "peaks.csv", WORKBOOK)
+CHOICES = ("choices.parquet", "choices.csv")
+FILES = ("sizing.parquet", "sizing.csv", "sizing.json", "peaks.parquet", "peaks.csv", *CHOICES, WORKBOOK)
 """What `write` writes."""
 
 CONVENTIONS = {
@@ -158,12 +159,11 @@ class Sizing:
     def write(self, directory: str | Path, force: bool = False, xlsx: bool = False) -> list[str]:
         """Writes sizing.parquet, .csv and .json, peaks.parquet and .csv, completely or not at all; returns their names.
 
-        xlsx: sizing.xlsx too, a sheet for each table with units; needs the extra `ksl[xlsx]`.
+        Where components were chosen, choices.parquet and .csv too.  xlsx: sizing.xlsx too, a sheet for each table with units; needs the extra `ksl[xlsx]`.
 
         Raises SizingError where the folder holds the sizing of another robot, unless it is forced; OutputError (an OSError)
         where it can't be written, where it holds files of others with these names (unless it is forced), or the components' file.
         """
-        import pyarrow.csv
         import pyarrow.parquet
 
         folder = Path(directory)
@@ -182,24 +182,29 @@ class Sizing:
 
         head = "".join(f"# {csv_comment(line)}\n" for line in self._headlines()).encode("utf-8", "replace")
         with staged(folder, FILES, None if force else refuse_others) as stage:
-            for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
+            for name, table in self._tables.items():
                 with arrow_file(stage / f"{name}.parquet", "wb") as out:
                     pyarrow.parquet.write_table(table, out)
-                rows = pyarrow.BufferOutputStream()
-                pyarrow.csv.write_csv(csv_table(table), rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
-                (stage / f"{name}.csv").write_bytes(head + rows.getvalue().to_pybytes())
+                (stage / f"{name}.csv").write_bytes(head + _csv(table))
             (stage / "sizing.json").write_text(
                 json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8", errors="replace"
             )
             if xlsx:
                 self._write_workbook(stage / WORKBOOK)
-        return [name for name in FILES if xlsx or name != WORKBOOK]
+        return [name for name in FILES if (xlsx or name != WORKBOOK) and (self.choices or name not in CHOICES)]
+
+    @property
+    def _tables(self) -> dict[str, pa.Table]:
+        import pyarrow as pa
+
+        chosen = {"choices": pa.Table.from_pylist(self.selection.as_rows())} if self.selection else {}
+        return {"sizing": self.table, "peaks": self.peak_table, **chosen}
 
     def _write_workbook(self, path: Path) -> None:
         book = workbooks.new_workbook()
-        for title, table in (("Sizing", self.table), ("Peaks", self.peak_table)):
+        for title, table in self._tables.items():
             units = [(field.metadata or {}).get(b"unit", b"s" if field.name == "time" else b"").decode() for field in table.schema]
-            workbooks.add_table(book, title, table.column_names, units, zip(*(column.to_pylist() for column in table.columns)))
+            workbooks.add_table(book, title.capitalize(), table.column_names, units, zip(*(column.to_pylist() for column in table.columns)))
         workbooks.add_lines(book, "About", [line.split(": ", 1) for line in [f"made by: {self._headlines()[0]}", *self._headlines()[1:]]])
         workbooks.save(book, path)
 
@@ -250,6 +255,15 @@ class Sizing:
         return (
             f"<p>{escape(self.verdict)}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
         )
+
+
+def _csv(table: pa.Table) -> bytes:
+    import pyarrow as pa
+    import pyarrow.csv
+
+    rows = pa.BufferOutputStream()
+    pyarrow.csv.write_csv(csv_table(table), rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
+    return bytes(rows.getvalue().to_pybytes())
 
 
 def _finite(x: Any) -> Any:

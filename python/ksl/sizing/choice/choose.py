@@ -77,7 +77,7 @@ def _none_holds(judge: Judge, k: int, verdicts: list[Verdict]) -> SizingError:
     request = judge.requests[k]
     nearest = min(verdicts, key=lambda v: v.beyond)
     if not nearest.figure:
-        said = f"none of them has a limit that could be compared, {nearest.offer.name} for one"
+        said = f"none of them has a figure that could be compared; of {nearest.offer.name}: {nearest.lacks}"
     else:
         asked = f"at most {significant(1 / request.margin, 3)}" + (f" with the margin {request.margin:g}" if request.margin != 1 else "")
         said = f"the nearest is {nearest.offer.name}, whose {nearest.figure} has the utilisation {significant(nearest.utilisation, 3)}; asked is {asked}"

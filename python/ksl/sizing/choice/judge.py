@@ -9,7 +9,7 @@ from ksl.sizing.choice.loads_with_masses import LoadsWithMasses
 from ksl.sizing.choice.offers import Catalogue, Offer
 from ksl.sizing.figures_of_parts import GEARS, sheet_of
 from ksl.sizing.parts import Part, Request
-from ksl.sizing.sheet import Demands
+from ksl.sizing.sheet import Demands, Sheet
 
 SAID = {"peak speed": "speed"}
 """Figures that are called otherwise where entries are compared."""
@@ -24,6 +24,8 @@ class Verdict:
     """Empty where nothing could be compared: then it doesn't hold."""
     utilisation: float
     margin: float
+    lacks: str = ""
+    """Why nothing could be compared."""
 
     @property
     def holds(self) -> bool:
@@ -65,7 +67,7 @@ class Judge:
             sheets = [sheet_of(part, s, self._demands, gear)[0] for s in (samples.each_alone() if self._of_sweep else [samples])]
             compared = [(f.utilisation, f.figure) for sheet in sheets for f in sheet.figures if f.utilisation is not None]
             worst, figure = max(compared, key=lambda pair: pair[0], default=(0.0, ""))
-            self._known[key] = Verdict(offer, SAID.get(figure, figure), worst, request.margin)
+            self._known[key] = Verdict(offer, SAID.get(figure, figure), worst, request.margin, "" if figure else _lacks(sheets))
         return self._known[key]
 
     def verdicts(self, k: int, masses: tuple[float, ...], gears: Mapping[str, Part]) -> list[Verdict]:
@@ -81,6 +83,10 @@ class Judge:
         """Whether a choice holds on all joints under the loads that it makes itself."""
         masses, gears = self.masses(choice), self.chosen_gears(choice)
         return all(self.verdict(k, offer, masses, gears).holds for k, offer in enumerate(choice))
+
+
+def _lacks(sheets: Sequence[Sheet]) -> str:
+    return "; ".join(dict.fromkeys(x.why for sheet in sheets for x in sheet.left_out)) or "it has no limits"
 
 
 def order(request: Request, offer: Offer) -> tuple[float, float, str]:

@@ -84,6 +84,12 @@ class Selection:
             found.append(f"with the loads of this choice these don't hold: {', '.join(over)}")
         return (*self.said, *found, *([self.together.sentence] if self.together else []))
 
+    def as_rows(self) -> list[dict[str, str | float | None]]:
+        """A row for each choice, with words and numbers alone."""
+        names = ("joint", "kind", "name", "size", "mass", "price", "utilisation", "figure", "margin", "by", "link")
+        words = ({"next_smaller_fails": c.why, "holds": ", ".join(c.holds), "front": ", ".join(c.front)} for c in self.choices)
+        return [{name: getattr(c, name) for name in names} | of for c, of in zip(self.choices, words, strict=True)]
+
     def as_dict(self) -> dict[str, Any]:
         """Everything in numbers and words, as JSON can hold it."""
         return {
