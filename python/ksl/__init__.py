@@ -135,6 +135,11 @@ _higher_rooms.FUNCTIONS.update(
     {
         "_repr_html_": "ksl.viewer.notebook:html_of",
         "compile": "ksl.generation.compiled:compiled",
+        "compliance": "ksl.small_motions.compliance:compliance",
+        "deflection": "ksl.small_motions.compliance:deflection",
+        "equilibrium": "ksl.small_motions.equilibrium:equilibrium",
+        "linearise": "ksl.small_motions.linearise:linearise",
+        "modes": "ksl.small_motions.modes:modes",
         "show": "ksl.viewer.live:show",
         "wrench_table": "ksl.load_cases.wrench_table:wrench_table",
     }

@@ -379,6 +379,12 @@ def length_of(model: LoopCalls) -> float:
     return float(model._core.mobility(np.asarray(model.neutral())[None])[5])
 
 
+def one_position(model: LoopCalls, q: ArrayLike) -> Array:
+    """A position (nq) with unit quaternions, for calls whose answer is that of one.  Raises ValueError for several."""
+    position: Array = model._one_position(q)[0]
+    return position
+
+
 def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | None:
     """One state whose numbers can be read as they are, which takes a tenth of the time; None for all else."""
     rows: list[Array] = []

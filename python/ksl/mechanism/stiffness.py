@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.base.errors import DescriptionError, unknown_name
 from ksl.mechanism import given
 from ksl.mechanism.requests import one_of
 
 if TYPE_CHECKING:
-    from ksl.mechanism.mechanism import Loop, Mechanism
+    from ksl.mechanism.mechanism import Joint, Loop, Mechanism
 
 Stiffness = ArrayLike | Mapping[str, float]
-"""Six numbers, a (6, 6) matrix, or a mapping with "axial", "radial" and "tilting"."""
+"""One number, along the joint's motion; six numbers; a (6, 6) matrix; or a mapping with some of "axial", "radial", "tilting" and "motion"."""
+BEARING_KEYS = ("axial", "radial", "tilting", "motion")
 
 
 def joints_of_loops(model: Mechanism) -> list[str]:
@@ -32,8 +34,13 @@ _COMPLIANCES = 8
 
 
 def compliances_of(model: Mechanism) -> dict[str, list[float]]:
-    """{joint: compliance (36), row by row} of the joints that give way."""
-    return {joint: list(matrix) for joint, matrix in model._core.state()[_COMPLIANCES]} if model.loops else {}
+    """{joint: compliance (36), row by row} of the joints that give way, where reactions depend on it."""
+    return all_compliances_of(model) if model.loops else {}
+
+
+def all_compliances_of(model: Mechanism) -> dict[str, list[float]]:
+    """{joint: compliance (36), row by row} of all joints that give way."""
+    return {joint: list(matrix) for joint, matrix in model._core.state()[_COMPLIANCES]}
 
 
 def rigid_beside(model: Mechanism) -> list[str]:
@@ -48,37 +55,97 @@ def ways_of(model: Mechanism, loop: Loop) -> tuple[list[str], list[str]]:
     return [joint for joint in one if joint not in other], [joint for joint in other if joint not in one]
 
 
-def compliance_of(joint: str, stiffness: Stiffness, axis: Sequence[float] | None) -> list[float]:
-    """The compliance (36), row by row, of a joint's stiffness."""
-    who = f"stiffness of joint {joint}"
+class Flexibility(NamedTuple):
+    """How a joint gives way, as displacements of its child's origin and turns about it, in the axes of its frame on the child's side."""
+
+    compliance: np.ndarray
+    """(6, 6), m/N … rad/(N m), linear first."""
+    loose: np.ndarray
+    """(6, directions) in which it gives way without resisting: those of zero stiffness."""
+
+
+def flexibilities_of(model: Mechanism, stiffness: Mapping[str, Stiffness]) -> dict[str, Flexibility]:
+    """How the joints that are named give way.  Raises ValueError that names the joint."""
+    joints: dict[str, Joint | Loop] = {joint.name: joint for joint in (*model.joints, *model.loops)}
+    found: dict[str, Flexibility] = {}
+    for name, x in given.mapping(stiffness, "stiffness", "{joint: a number, six, a (6, 6) matrix, or axial, radial, tilting and motion}"):
+        joint = model._plain(given.name(name, "a joint"), "joint")
+        if joint not in joints:
+            raise DescriptionError(unknown_name(model.name or model.file, "joint", joint, list(joints)))
+        if joint in found:
+            raise ValueError(f"stiffness of joint {joint}: it is given twice; give it once")
+        found[joint] = flexibility_of(joints[joint], x)
+    return found
+
+
+def flexibility_of(of: Joint | Loop, stiffness: Stiffness) -> Flexibility:
+    """How a joint with this stiffness gives way.  Raises ValueError that names it."""
+    who = f"stiffness of joint {of.name}"
     if isinstance(stiffness, Mapping):
-        return _of_bearing(who, stiffness, axis)
+        return _of_bearing(who, stiffness, of)
     numbers = given.numbers(stiffness, who)
+    if numbers.shape == ():
+        return _of_bearing(who, {"motion": float(numbers)}, of)
     if numbers.shape == (6,):
-        return [float(x) for x in np.diag(_inverse(numbers, who)).ravel()]
-    matrix = given.array(numbers, (6, 6), f"{who}, six numbers or (6, 6)")
+        return _of_directions(who, np.eye(6), numbers)
+    matrix = given.array(numbers, (6, 6), f"{who}, one number, six, or (6, 6)")
     if not np.isfinite(matrix).all() or np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max() or not (np.linalg.eigvalsh(matrix) > 0).all():
         raise ValueError(f"{who}: the matrix is not finite, symmetric and positive definite; correct it, or give six numbers")
     inverse = np.linalg.inv(matrix)
-    return [float(x) for x in ((inverse + inverse.T) / 2).ravel()]
+    return Flexibility((inverse + inverse.T) / 2, np.zeros((6, 0)))
 
 
-def _inverse(numbers: np.ndarray, who: str) -> np.ndarray:
-    """1 / stiffness, 0 for infinite ones."""
-    if not (numbers > 0).all():  # NaN is not, either
-        raise ValueError(f"{who}: found {numbers.tolist()}; every stiffness is positive, or inf where the joint is rigid")
-    return np.asarray(1.0 / numbers)
+def _of_directions(who: str, directions: np.ndarray, stiffnesses: ArrayLike) -> Flexibility:
+    """Of stiffnesses along columns that are orthogonal to each other: N/m, N m/rad; inf where it is rigid."""
+    k = np.asarray(stiffnesses, dtype=float)
+    if not (k >= 0).all():  # NaN is not, either
+        raise ValueError(f"{who}: found {k.tolist()}; every stiffness is positive, 0 where nothing resists, or inf where the joint is rigid")
+    resists = k > 0
+    springs = directions[:, resists]
+    return Flexibility(springs @ np.diag(1 / k[resists]) @ springs.T, directions[:, ~resists])
 
 
-def _of_bearing(who: str, stiffness: Mapping[str, float], axis: Sequence[float] | None) -> list[float]:
+def _of_bearing(who: str, stiffness: Mapping[str, float], of: Joint | Loop) -> Flexibility:
     for key in stiffness:
-        one_of(key, f"{who} has key", "axial", "radial", "tilting")
-    if axis is None or not any(axis):
-        raise ValueError(f"{who}: the joint has no axis, or there is no such joint; give six numbers in the axes of its frame")
-    u = np.array(axis)
-    along, across = np.outer(u, u), np.eye(3) - np.outer(u, u)
-    axial, radial, tilting = _inverse(np.array([given.number(stiffness.get(key, np.inf), f"{who}: {key}") for key in ("axial", "radial", "tilting")]), who)
-    C = np.zeros((6, 6))
-    C[:3, :3] = axial * along + radial * across
-    C[3:, 3:] = tilting * across
-    return [float(x) for x in C.ravel()]
+        one_of(key, f"{who} has key", *BEARING_KEYS)
+    if of.axis is None or not any(of.axis):
+        raise ValueError(f"{who}: the joint has no axis; give six numbers in the axes of its frame")
+    u = np.array(of.axis)
+    across = np.linalg.svd(u[None])[2][1:]
+    keys = ["axial", "radial", "radial", "tilting", "tilting"]
+    directions = np.zeros((6, 5))
+    directions[:3, 0], directions[:3, 1:3], directions[3:, 3:] = u, across.T, across.T
+    motion = steady_motion(of)
+    if "motion" in stiffness and motion.shape[1] != 1:
+        raise ValueError(f"{who}: a {of.kind} joint has no single motion; give six numbers in the axes of its frame")
+    numbers = {key: given.number(x, f"{who}: {key}") for key, x in stiffness.items()}
+    bearing = _of_directions(who, directions, [numbers.get(key, np.inf) for key in keys])
+    if of.kind != "helical":  # whose motion is none of these directions
+        bearing = Flexibility(_without(bearing.compliance, motion), _independent(bearing.loose - motion @ (motion.T @ bearing.loose)))
+    along = _of_directions(who, motion, [numbers["motion"]]) if "motion" in stiffness else Flexibility(np.zeros((6, 6)), np.zeros((6, 0)))
+    return Flexibility(bearing.compliance + along.compliance, np.hstack([bearing.loose, along.loose]))
+
+
+def _without(compliance: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """What is left of a compliance where orthonormal directions of motion are no part of it."""
+    rest = np.eye(6) - motion @ motion.T
+    return rest @ compliance @ rest
+
+
+def _independent(directions: np.ndarray) -> np.ndarray:
+    """Orthonormal columns that span the same."""
+    basis, size, _ = np.linalg.svd(directions, full_matrices=False)
+    return basis[:, size > 1e-9]
+
+
+def steady_motion(of: Joint | Loop) -> np.ndarray:
+    """The directions (6, n) of a joint's motion that stay in the axes of its frame on the child's side.  The other one, of a universal joint, turns with it."""
+    u = np.zeros(3) if of.axis is None else np.array(of.axis)
+    lin, ang = np.concatenate([u, np.zeros(3)])[:, None], np.concatenate([np.zeros(3), u])[:, None]
+    across = np.zeros((6, 2))
+    across[:3] = np.linalg.svd(u[None])[2][1:].T
+    return {
+        "fixed": np.zeros((6, 0)), "revolute": ang, "continuous": ang, "prismatic": lin, "helical": of.pitch * lin + ang, "cylindrical": np.hstack([lin, ang]),
+        "universal": np.concatenate([np.zeros(3), of.axis2 or np.zeros(3)])[:, None], "spherical": np.eye(6)[:, 3:], "planar": np.hstack([across, ang]),
+        "translation": np.eye(6)[:, :3], "floating": np.eye(6),
+    }[of.kind]  # fmt: skip

@@ -18,6 +18,7 @@ from ksl.mechanism.inverse_kinematics import InverseKinematicsCalls
 from ksl.mechanism.requests import one_of
 from ksl.simulation.simulate import SimulationCalls
 from ksl.mechanism.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
+from ksl.model.small_motions import SmallMotions
 from ksl.model.surgery import Surgery
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class ShownModel(Protocol):
         """Stops the server; pages that are open stay without one."""
 
 
-class Model(Surgery, InverseKinematicsCalls, SimulationCalls):
+class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
     """A mechanism, immutable.  Made by :func:`load`, by :class:`ksl.Builder`, or from another model by one of its methods.
 
     A pickle of a model that was loaded contains the arguments of `load`, with an absolute path.  Unpickling, for example in a

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.base.errors import DescriptionError, DescriptionWarning, QuaternionWarning, unknown_name
+from ksl.base.errors import DescriptionWarning, QuaternionWarning
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
 from ksl.base.notes import Kind, of_kind
@@ -22,7 +22,7 @@ from ksl.mechanism.closed_reactions import Request, reactions_derivatives
 from ksl.mechanism.lengths import extent, far_inertia, far_point, strong_gravity
 from ksl.mechanism.requests import one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
-from ksl.mechanism.stiffness import Stiffness, compliance_of, joints_of_loops
+from ksl.mechanism.stiffness import Stiffness, flexibilities_of
 
 S = TypeVar("S", bound="Surgery")
 
@@ -69,29 +69,27 @@ class Surgery(Calls):
         return self._made(self._core.with_drives([self._plain(name, "joint") for name in names], weights))
 
     def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
-        """The same mechanism, some of whose joints give way; without loops, no result depends on it.  Joints outside of all loops are refused.
+        """The same mechanism, some of whose joints give way.
 
-        Rigid bodies leave reactions of redundant joints open.  With the stiffnesses that decide their split, :meth:`reactions` are those of
+        :meth:`modes`, :meth:`compliance` and :meth:`deflection` use them all.  Reactions depend on those of joints that loops go through: rigid
+        bodies leave reactions of redundant joints open.  With the stiffnesses that decide their split, :meth:`reactions` are those of
         least energy, and :meth:`reactions_unique` says which are still open: joints that aren't named are rigid.
 
         stiffness: {joint: …}, of the tree or of loops, with six numbers, N/m along x, y, z and N m/rad about them, of the joint's frame on
         the child's side, inf where it is rigid; or the (6, 6) matrix of a part that couples them, as a beam does; or, of a joint with an axis,
-        a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing.  Along the joint's motion they have no effect.
+        a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing, and "motion", N m/rad or N/m, of the gear or drive of a
+        joint with one coordinate; or that number alone.  Along the joint's motion they have no effect on reactions.  Zeros, which would leave
+        reactions open, are for `stiffness=` of the three calls above.
 
             m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})
         """
-        given_too = [
-            (self._plain(given.name(joint, "a joint"), "joint"), x)
-            for joint, x in given.mapping(stiffness, "stiffness", "{joint: six numbers, a (6, 6) matrix, or axial, radial and tilting}")
-        ]
-        axes: dict[str, tuple[float, float, float] | None] = {joint.name: joint.axis for joint in self.joints}
-        axes.update((loop.name, loop.axis) for loop in self.loops)
-        for joint, _ in given_too:
-            if joint not in axes:
-                raise DescriptionError(unknown_name(self.name or self.file, "joint", joint, list(axes)))
-            if self.loops and joint not in joints_of_loops(self):
-                raise ValueError(f"stiffness of joint {joint}: no loop goes through it, so that no result depends on it; leave it out")
-        return self._made(self._core.with_compliances([(joint, compliance_of(joint, x, axes[joint])) for joint, x in given_too]))
+        given_ones = flexibilities_of(self, stiffness)
+        for joint, flexibility in given_ones.items():
+            if flexibility.loose.size:
+                raise ValueError(
+                    f"stiffness of joint {joint}: found 0; every stiffness is positive, or inf where the joint is rigid; modes, compliance and deflection take zeros: stiffness="
+                )
+        return self._made(self._core.with_compliances([(joint, x.compliance.ravel().tolist()) for joint, x in given_ones.items()]))
 
     def _reactions_along(
         self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,

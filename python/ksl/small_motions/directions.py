@@ -1,0 +1,159 @@
+"""All directions in which the joints of a mechanism give way about a pose, and what they do to its links."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksl.mechanism.calls import Calls
+from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.states import Array
+from ksl.mechanism.stiffness import Flexibility
+from ksl.small_motions.giving_way import NOWHERE, GivingWay, coefficients, giving_way, motion_at
+
+
+def floats(joint: Joint) -> bool:
+    """Whether a joint holds nothing: the base of a robot that floats."""
+    return joint.kind == "floating"
+
+
+def has_motor(model: Calls, joint: Joint) -> bool:
+    """Whether something holds a joint: all of a tree have motors, of other mechanisms the drives."""
+    if model.drives is not None:
+        return joint.name in model.drives
+    return not model.loops and not floats(joint)
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Directions of joints, `d` of them: those in which they give way, and those in which mimic joints follow.  World axes."""
+
+    pose: Array
+    """(links, 4, 4)."""
+    joint: Array
+    """(d) Indices of their joints."""
+    column: Array
+    """(6, d): displacements of the joints, in the axes of their frames."""
+    linear: Array
+    """(d, 3): of the child's origin."""
+    angular: Array
+    """(d, 3)."""
+    origin: Array
+    """(d, 3): the children's origins."""
+    moves: Array
+    """(links, d), whether a direction moves a link."""
+    before: Array
+    """(d, d), whether the first's joint carries the second's."""
+    beside: Array
+    """(d, d), whether both are of one joint."""
+    first_axis: Array
+    """(d), whether it turns about the first axis of a universal joint, and another one about the second."""
+    factors: Array
+    """(d, n): of the directions, from the independent displacements."""
+    stiffness: Array
+    """(n, n), of the joints, for the independent displacements."""
+    owner: Array
+    """(n) Indices of the joints that give way."""
+    along: Array
+    """(n), whether that is along the joint's motion."""
+    coordinate_rows: dict[str, Array]
+    """{joint: (nv of the joint, d)}, its own coordinates."""
+
+    def of_point(self, link: int, point: Array) -> Array:
+        """(d, 3): velocities of a point (3) of a link."""
+        out: Array = self.moves[link][:, None] * (self.linear + np.cross(self.angular, point - self.origin))
+        return out
+
+    def twists(self, link: int) -> Array:
+        """(6, d): twists of a link at its origin in its axes, linear first."""
+        R, p = self.pose[link, :3, :3], self.pose[link, :3, 3]
+        return np.vstack([R.T @ self.of_point(link, p).T, R.T @ (self.moves[link][:, None] * self.angular).T])
+
+
+def directions_of(model: Calls, q: Array, flexible: Mapping[str, Flexibility]) -> Directions:
+    """The directions about the pose q (nq)."""
+    pose = np.asarray(model.frame_poses(q, [f"link:{name}" for name in model.link_names]))
+    index = {name: i for i, name in enumerate(model.link_names)}
+    carriers = {joint.child: i for i, joint in enumerate(model.joints)}
+    ways: list[GivingWay] = []
+    motions: list[Array] = []
+    for joint in model.joints:
+        first_axis = np.asarray(model.jacobian(q, f"link:{joint.child}"))[3:, joint.v_index] if joint.kind == "universal" else np.zeros(3)
+        motions.append(motion_at(joint, first_axis))
+        spring = joint.spring_stiffness if "spring" in model.physics and joint.nv == 1 else 0.0
+        flexibility = flexible.get(joint.name)
+        follows = joint.leader is not None
+        rigid = flexibility is None and (follows or has_motor(model, joint) or joint.kind == "fixed")
+        ways.append(NOWHERE if rigid else giving_way(joint, motions[-1], flexibility, not follows and not has_motor(model, joint), spring))
+    return _assembled(model, pose, index, carriers, ways, motions)
+
+
+def _assembled(model: Calls, pose: Array, index: Mapping[str, int], carriers: Mapping[str, int], ways: list[GivingWay], motions: list[Array]) -> Directions:
+    n = [way.directions.shape[1] for way in ways]
+    start = np.concatenate([[0], np.cumsum(n)]).astype(int)
+    columns, owners, factors = [way.directions for way in ways], [np.full(size, i) for i, size in enumerate(n)], [np.eye(start[-1])]
+    by_name = {joint.name: i for i, joint in enumerate(model.joints)}
+    for i, joint in enumerate(model.joints):
+        if joint.leader is not None:
+            leader = by_name[joint.leader]
+            row = np.zeros((1, start[-1]))
+            row[:, start[leader] : start[leader + 1]] = joint.multiplier * coefficients(model.joints[leader], motions[leader]) @ ways[leader].directions
+            if row.any():
+                columns.append(motions[i])
+                owners.append(np.array([i]))
+                factors.append(row)
+    column, joint_of = np.hstack(columns), np.concatenate(owners).astype(int)
+    child = [index[model.joints[i].child] for i in joint_of]
+    R = pose[child, :3, :3].reshape(-1, 3, 3)
+    carried = _carried(model, index, carriers)
+    return Directions(
+        pose, joint_of, column,
+        linear=np.einsum("dij,jd->di", R, column[:3]),
+        angular=np.einsum("dij,jd->di", R, column[3:]),
+        origin=pose[child, :3, 3].reshape(-1, 3),
+        moves=carried[:, joint_of],
+        before=carried[child][:, joint_of].T & (joint_of[:, None] != joint_of[None]),
+        beside=joint_of[:, None] == joint_of[None],
+        first_axis=_first_axes(model, column, joint_of, motions),
+        factors=np.vstack(factors),
+        stiffness=_stiffness(ways, start),
+        owner=np.concatenate(owners[: len(ways)]).astype(int),
+        along=np.concatenate([way.along for way in ways]).astype(bool),
+        coordinate_rows={joint.name: coefficients(joint, motions[i]) @ column * (joint_of == i) for i, joint in enumerate(model.joints) if motions[i].shape[1]},
+    )  # fmt: skip
+
+
+def _carried(model: Calls, index: Mapping[str, int], carriers: Mapping[str, int]) -> Array:
+    """(links, joints), whether a joint carries a link."""
+    carried = np.zeros((len(index), len(model.joints)), dtype=bool)
+    for name, i in index.items():  # parents first
+        joint = carriers[name]
+        parent = model.joints[joint].parent
+        if parent is not None:
+            carried[i] = carried[index[parent]]
+        carried[i, joint] = True
+    return carried
+
+
+def _stiffness(ways: list[GivingWay], start: Array) -> Array:
+    K = np.zeros((start[-1], start[-1]))
+    for way, begin, end in zip(ways, start[:-1], start[1:]):
+        K[begin:end, begin:end] = way.stiffness
+    return K
+
+
+def _first_axes(model: Calls, column: Array, joint_of: Array, motions: list[Array]) -> Array:
+    """A universal joint turns about its first axis before the second; other turns of a joint add up."""
+    found = np.zeros(len(joint_of), dtype=bool)
+    for i, joint in enumerate(model.joints):
+        own = np.flatnonzero(joint_of == i)
+        if joint.kind == "universal" and len(own) > 1 and np.array_equal(column[:, own[:2]], motions[i]):
+            found[own[0]] = True
+    return found
+
+
+def cross(v: Array) -> Array:
+    """(3, 3): the matrix of v ×."""
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
