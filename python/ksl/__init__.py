@@ -10,7 +10,7 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 What there is for users; help(ksl.load) and the like say more:
 
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
-    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; check: Findings of one Finding each;
+    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; frequencies; check: Findings of one Finding each;
                   compare: a Comparison with other libraries; generate: plain C of one robot
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
@@ -65,6 +65,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.report.loads_run import Run as Run
     from ksl.sizing.compute_sizing import size as size
     from ksl.sizing.spectra.compute_spectra import spectra as spectra
+    from ksl.small_motions.frequencies import frequencies as frequencies
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
     from ksl.spatial import Momentum as Momentum
@@ -103,6 +104,7 @@ _MODULE_OF = {
     "check": "ksl.checks.run",
     "compare": "ksl.comparison.compare_robot",
     "compute_loads": "ksl.report.compute_loads",
+    "frequencies": "ksl.small_motions.frequencies",
     "generate": "ksl.generation.generate",
     "hold": "ksl.report.hold_pose",
     "load": "ksl.robot_files.loading",

@@ -1,4 +1,4 @@
-"""`--stiffness FILE.toml`: stiffnesses of the joints of a closed mechanism."""
+"""`--stiffness FILE.toml`: stiffnesses of joints."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from ksl.model.model import Model
 
 Stiffness = Annotated[Path | None, typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints, which decide what rigid bodies leave open in a robot with loops.")]
+
+StiffnessOfJoints = Annotated[Path | None, typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints: a table [JOINT] with axial, radial, tilting and motion for each.")]
 
 
 def with_stiffness(model: Model, file: Path | None) -> tuple[Model, list[InputFile]]:

@@ -1,9 +1,10 @@
-"""Stiffnesses of joints in a TOML file: a table for each joint, `[A]` with `axial` and `radial`, N/m, and `tilting`, N m/rad; or `A = [six numbers]`."""
+"""Stiffnesses of joints in a TOML file: a table for each joint, `[A]` with `axial` and `radial`, N/m, `tilting` and `motion`, N m/rad; or `A = [six numbers]`, or `A = one`."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from ksl.base.errors import DescriptionError
@@ -13,6 +14,27 @@ from ksl.model.model import Model
 from ksl.mechanism.stiffness import Stiffness, joints_of_loops
 
 
+def stiffnesses(given: str | os.PathLike[str]) -> dict[str, Stiffness]:
+    """The stiffnesses of a file, {joint: as calls take them}.  Raises DescriptionError, which begins with the name of the file."""
+    file = os.fspath(given)
+    with being_read("stiffness", file, DescriptionError):
+        table: dict[str, Any] = read_toml(file, DescriptionError, "stiffnesses: a table [JOINT] for each, with axial, radial, tilting and motion")
+    if not table:
+        raise DescriptionError(f"{file}: no joint in it; write a table [JOINT] for each joint that gives way, or leave the file out")
+    return table
+
+
+@contextmanager
+def in_file(given: str | os.PathLike[str]) -> Iterator[None]:
+    """Says of errors about stiffnesses which file they are in."""
+    try:
+        yield
+    except ValueError as e:
+        if not str(e).startswith("stiffness of joint ") and not isinstance(e, DescriptionError):
+            raise
+        raise DescriptionError(f"{os.fspath(given)}: {e}") from None
+
+
 def stiff_by(model: Model, given: str | os.PathLike[str] | Mapping[str, Stiffness]) -> tuple[Model, list[str]]:
     """The model with the stiffnesses of a file, or with these; and what to say of joints of its loops that are left out.
 
@@ -20,15 +42,11 @@ def stiff_by(model: Model, given: str | os.PathLike[str] | Mapping[str, Stiffnes
     """
     if isinstance(given, Mapping):
         return _stiff(model, given, "the stiffnesses")
-    file = os.fspath(given)
-    with being_read("stiffness", file, DescriptionError):
-        table: dict[str, Any] = read_toml(file, DescriptionError, "stiffnesses: a table [JOINT] for each, with axial, radial and tilting")
-    if not table:
-        raise DescriptionError(f"{file}: no joint in it; write a table [JOINT] for each joint that gives way, or leave the file out")
+    table = stiffnesses(given)
     try:
-        return _stiff(model, table, file)
+        return _stiff(model, table, os.fspath(given))
     except ValueError as e:
-        raise DescriptionError(f"{file}: {e}") from None
+        raise DescriptionError(f"{os.fspath(given)}: {e}") from None
 
 
 def _stiff(model: Model, given: Mapping[str, Stiffness], name: str) -> tuple[Model, list[str]]:
