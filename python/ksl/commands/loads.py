@@ -75,6 +75,7 @@ def loads(
     force: Replace = False,
     how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
+    deflection: Annotated[str, typer.Option("--deflection", metavar="FRAME", help="Write deflection.csv: where this link is off along the motion, by the joints of --stiffness.")] = "",
     reading: MotionOptions = MotionOptions(),
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
@@ -93,6 +94,8 @@ def loads(
     from ksl.output import OutputError
     from ksl.report.compute_loads import compute_loads
     from ksl.report.files import ReportFiles
+    from ksl.report.result_files import DEFLECTION
+    from ksl.small_motions.deflections import deflections
 
     _check_words(fail_on, motion, cases, external, paper)
     loaded = payloads_given(payload, on_link)
@@ -100,18 +103,19 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is not None:
         check_order(robot, motion)
-    model, stiff = with_stiffness(read_model(robot, how, loaded), stiffness)
+    model, stiff = with_stiffness(read_model(robot, how, loaded), stiffness, deflection)
     common, own = _points(at)
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         run = compute_loads(
             model, motion, cases, payloads=carried_payloads(model, loaded), external=external, on=cast("Side", on), at=_numbers(common, own), axes=axes,
             order=cast("Order", order), joints=[name.strip() for name in joints.split(",")] if joints else [], reading={**asdict(reading), "smooth": smooth},
-            when="asked", inputs=stiff, options={"at": at, "joints": joints, **_of_robot(model, how, stiffness)}, command=command_line(),
+            when="asked", inputs=stiff, options={"at": at, "joints": joints, **_of_robot(model, how, stiffness, deflection)}, command=command_line(),
         )  # fmt: skip
         out = console(120)
-        files = written(run, output, out, csv, force, report, xlsx=xlsx, mcap=mcap, mat=mat)
-        print_run(out, run, [f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
+        off = deflections(run.cases, deflection, stiffness) if deflection else None
+        files = written(run, output, out, csv, force, report, {DEFLECTION: off.write} if off else {}, xlsx, mcap, mat)
+        print_run(out, run, [*([str(off)] if off else []), f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except PlacementError as e:
@@ -153,11 +157,12 @@ def _numbers(common: str, own: dict[str, str]) -> dict[str | None, str | list[fl
     return {None: numbers(common, "--at", 3) if "," in common else common, **{joint: numbers(xyz, f"--at {joint}=", 3) for joint, xyz in own.items()}}
 
 
-def _of_robot(model: Model, how: RobotOptions, stiffness: Path | None) -> dict[str, Any]:
+def _of_robot(model: Model, how: RobotOptions, stiffness: Path | None, deflection: str) -> dict[str, Any]:
     """What the record of the results says of the robot."""
     said: dict[str, Any] = {"floating_base": how.floating_base, "mimic": how.mimic, "strict": how.strict, "gravity": how.gravity, "model": how.model_name}
     said |= {"physics": how.physics, "friction_width": how.friction_width if how.physics else None}
     said |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
+    said |= {"deflection": deflection, "stiffness": str(stiffness)} if deflection else {}
     return said | {name: value for name, value in (("xacro", how.xacro), ("package", how.package)) if value}
 
 

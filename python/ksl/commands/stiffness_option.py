@@ -18,18 +18,25 @@ Stiffness = Annotated[Path | None, typer.Option("--stiffness", metavar="FILE.tom
 StiffnessOfJoints = Annotated[Path | None, typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints: a table [JOINT] with axial, radial, tilting and motion for each.")]
 
 
-def with_stiffness(model: Model, file: Path | None) -> tuple[Model, list[InputFile]]:
-    """The model with the stiffnesses of a file, and the files that were read; fails where they can't be used."""
+def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tuple[Model, list[InputFile]]:
+    """The model with the stiffnesses of a file, and the files that were read; fails where they can't be used.
+
+    deflection: a frame whose deflection is wanted, which depends on them without loops, too.
+    """
     if file is None:
+        if deflection:
+            fail(f"--deflection {deflection}: needs the stiffnesses of joints; give them by --stiffness FILE.toml")
         return model, []
     from ksl.base.files_read import recorded
-    from ksl.robot_files.stiffness_file import stiff_by
+    from ksl.robot_files.stiffness_file import in_file, stiff_by, stiffnesses
 
-    if not model.loops:
+    if not model.loops and not deflection:
         fail(f"--stiffness {file}: {model.name} has no loops, so that no result depends on stiffnesses; leave it out")
     try:
-        with recorded() as ledger:
-            stiff, _ = stiff_by(model, file)  # what it leaves out is among the notes of the run
+        if deflection:
+            model.frame_link(deflection)
+        with recorded() as ledger, in_file(file):
+            stiff = stiff_by(model, file)[0] if model.loops else model.with_stiffness(stiffnesses(file))  # what it leaves out is among the notes of the run
     except ValueError as e:
         fail(str(e))
     return stiff, ledger.files

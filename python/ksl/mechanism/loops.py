@@ -385,6 +385,16 @@ def one_position(model: LoopCalls, q: ArrayLike) -> Array:
     return position
 
 
+def one_row(model: LoopCalls, x: ArrayLike | None, name: str) -> Array:
+    """The numbers (nv) of v, a or tau of one state; zeros for None.  Raises ValueError for several."""
+    if x is None:
+        return np.zeros(model.nv)
+    rows = argument_rows(x, name, model.nv, model._core)
+    if rows.size != model.nv:
+        raise ValueError(f"{name} has shape {rows.shape}; expected that of one state, ({model.nv},)")
+    return np.array(rows, dtype=float).reshape(model.nv)
+
+
 def _one_state(inputs: Sequence[tuple[ArrayLike, str, int]]) -> list[Array] | None:
     """One state whose numbers can be read as they are, which takes a tenth of the time; None for all else."""
     rows: list[Array] = []

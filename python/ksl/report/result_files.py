@@ -23,7 +23,8 @@ from ksl.report.workbook import WORKBOOK
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", mcap_file.FILE, mat_file.FILE, SUMMARY, WORKBOOK, *REPORT_FILES)
+DEFLECTION = "deflection.csv"
+RESULTS = ("wrenches.parquet", "wrenches.csv", mcap_file.FILE, mat_file.FILE, SUMMARY, WORKBOOK, DEFLECTION, *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 

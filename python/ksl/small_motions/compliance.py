@@ -38,6 +38,7 @@ def deflection(
     """See :meth:`ksl.Model.deflection`."""
     link = model.frame_link(frame)
     one_of(by, "by", "frame", "joint")
+    one_of(axes, "axes", "frame", "world")
     arrays = {name: argument_rows(x, name, columns, core_of(model)) for name, x, columns in (("q", q, model.nq), ("v", v, model.nv), ("a", a, model.nv))}
     wrenches = {name: argument_rows(x, f"external[{name!r}]", 6, core_of(model)) for name, x in items_of(external, external_axes)}
     flexible = flexibilities(model, stiffness)

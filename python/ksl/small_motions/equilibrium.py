@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.mechanism.calls import Calls
-from ksl.mechanism.loops import one_position
+from ksl.mechanism.loops import one_position, one_row
 from ksl.mechanism.states import Array, External, ExternalAxes
 from ksl.model.poses_at_rest import Equilibrium
 
@@ -24,8 +24,7 @@ def equilibrium(
 ) -> Equilibrium:
     """See :meth:`ksl.Model.equilibrium`."""
     at = one_position(model, q)
-    efforts = np.zeros(model.nv) if tau is None else np.broadcast_to(model.as_array(tau, "tau"), (model.nv,))
-    balance = _Balance(model, efforts, external, external_axes)
+    balance = _Balance(model, one_row(model, tau, "tau"), external, external_axes)
     reason = "not found"
     if model.loops:
         closed = model.close(at)

@@ -20,7 +20,7 @@ from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
 from ksl.mechanism.joint_kinds import columns_of
 from ksl.mechanism.states import Array
-from ksl.mechanism.stiffness import Stiffness
+from ksl.mechanism.stiffness import Stiffness, flexibilities_of
 from ksl.model.model import Model
 from ksl.model.poses_at_rest import Modes
 from ksl.motions.reading import read_motion
@@ -101,7 +101,8 @@ def frequencies(
         return _found(robot, time, q, stiffness, gravity, count)
     given = stiffnesses(stiffness)
     with in_file(stiffness):
-        return _found(robot, time, q, given, gravity, count)
+        flexibilities_of(robot, given)  # judged here: other errors are not the file's
+    return _found(robot, time, q, given, gravity, count)
 
 
 def _found(model: Model, time: Array | None, q: Array, stiffness: Mapping[str, Stiffness] | None, gravity: bool, count: int) -> Frequencies:

@@ -78,7 +78,7 @@ def _columns(compliance: Array) -> Array:
     moves = size > 0
     scale = size[moves]
     values, vectors = np.linalg.eigh(compliance[np.ix_(moves, moves)] / np.outer(scale, scale))
-    kept = values > ZERO * ZERO
+    kept = values > 1e-12  # what is below is rounding of elements up to 1
     columns = np.zeros((6, int(kept.sum())))
     columns[moves] = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
     return columns

@@ -11,7 +11,7 @@ from ksl.base.errors import near_names
 from ksl.mechanism import given
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.joint_kinds import columns_of
-from ksl.mechanism.loops import one_position
+from ksl.mechanism.loops import one_position, one_row
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import Array
 from ksl.small_motions.directions import floats
@@ -28,7 +28,7 @@ def linearise(
 ) -> LinearModel:
     """See :meth:`ksl.Model.linearise`."""
     at = one_position(model, q)
-    speeds, efforts = (np.zeros(model.nv) if x is None else np.broadcast_to(model.as_array(x, what), (model.nv,)).astype(float) for x, what in ((v, "v"), (tau, "tau")))
+    speeds, efforts = one_row(model, v, "v"), one_row(model, tau, "tau")
     driven, names = _inputs(model, inputs)
     about = tangent(model, at, speeds, efforts, driven)
     wanted = given.names(outputs, "outputs")

@@ -48,9 +48,6 @@ def tangent(model: Calls, q: Array, v: Array, tau: Array, inputs: Sequence[int])
     steps = np.zeros((len(own), model.nv))
     steps[np.arange(len(own)), own] = 1.0
     N = np.array([model.consistent_velocity(q, step, own) for step in steps]).T.reshape(model.nv, len(own))
-    opening = float(np.abs(v - N @ v[own]).max(initial=0.0))
-    if opening > 1e-6 * max(1.0, float(np.abs(v).max(initial=0.0))):
-        raise ValueError(f"v opens the loops: dependent coordinates are off by {opening:.3g} rad/s or m/s; m.consistent_velocity(q, v, given=[…]) makes them fit")
     # a = N a_own + β(v_own, v_own), β(w, u) being the derivative of N u along N w: its symmetric part is in that of a by v, the rest in brackets
     symmetric = (by_v - N @ by_v[own]) / 2
     bracket = ad @ N

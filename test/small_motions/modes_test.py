@@ -1,0 +1,232 @@
+"""Natural frequencies against closed forms, mass matrices of the same joints drawn out as six, and energies of closed positions."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ksl
+from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, at, four_bar
+
+GIVES = {"axial": 3e5, "radial": 8e5, "tilting": 900.0, "motion": 150.0}
+
+
+def hertz(k, m):
+    return math.sqrt(k / m) / (2 * math.pi)
+
+
+def beam(pieces, length=1.2, EI=340.0, density=1.6):
+    """A cantilever along x as rigid pieces, hinged in their middles: half a piece bends at the root."""
+    h = length / pieces
+    b, q = ksl.Builder("beam").add_link("wall"), {}
+    for k in range(pieces):
+        inertia = np.diag([1e-9, density * h**3 / 12, density * h**3 / 12])
+        b.add_link(f"l{k}", mass=density * h, center_of_mass=(h / 2, 0, 0), inertia=inertia)
+        b.add_joint(f"b{k}", "revolute", f"l{k - 1}" if k else "wall", f"l{k}", pose=at([h if k else 0, 0, 0]), axis=(0, 1, 0))
+        q[f"b{k}"] = (1 if k else 2) * EI / h
+    return b.build(), q
+
+
+def test_a_chain_bends_as_a_beam_does_and_errs_as_the_square_of_its_pieces():
+    exact = np.array([1.8751040687, 4.6940911330, 7.8547574382]) ** 2 * math.sqrt(340.0 / 1.6) / 1.2**2 / (2 * math.pi)
+    errors = []
+    for pieces in (10, 20):
+        m, stiffness = beam(pieces)
+        errors.append(1 - m.modes(np.zeros(pieces), stiffness=stiffness, gravity=False).frequencies[:3] / exact)
+    assert (errors[1] > 0.001).all() and (errors[1] < 0.007).all(), errors
+    np.testing.assert_allclose(errors[0] / errors[1], 4, rtol=0.05)
+
+
+def arm():
+    """Three joints with oblique axes, of three kinds, and a welded tool."""
+    b = ksl.Builder("arm").add_link("ground")
+    rng, parent = np.random.default_rng(5), "ground"
+    for k, kind in enumerate(("revolute", "prismatic", "continuous")):
+        b.add_link(f"l{k}", mass=1 + k, center_of_mass=rng.normal(size=3) * 0.1, inertia=np.diag([0.02, 0.03, 0.04]) * (k + 1))
+        b.add_joint(f"j{k}", kind, parent, f"l{k}", xyz=rng.normal(size=3) * 0.4, rpy=rng.normal(size=3), axis=rng.normal(size=3), armature=0.01)
+        parent = f"l{k}"
+    b.add_link("tool", mass=0.5, center_of_mass=(0, 0.1, 0), inertia=np.eye(3) * 1e-3).add_joint("weld", "fixed", "l2", "tool", xyz=(0.2, 0, 0.1))
+    return b
+
+
+def drawn_out(m, q, gives):
+    """The same arm about q: each joint, and the weld, as three slides and three hinges between massless links, with the six stiffnesses of these."""
+    b, k, start = ksl.Builder("drawn out").add_link("ground"), [], "ground"
+    poses = {name: np.asarray(m.frame_pose(q, f"link:{name}")) for name in m.link_names}
+    for joint in (*m.joints[:3], m.joint("weld")):
+        pose = np.linalg.inv(poses[joint.parent]) @ poses[joint.child]
+        z = np.array(joint.axis) if any(joint.axis) else np.array([0, 0, 1.0])
+        x = np.cross(z, [0.3, 0.5, 0.8])
+        axes = [v / np.linalg.norm(v) for v in (x, np.cross(z, x), z)]
+        slides = [gives["radial"]] * 2 + [gives["motion" if joint.kind == "prismatic" else "axial"]]
+        turns = [gives["tilting"]] * 2 + [gives["motion"] if joint.kind in ("revolute", "continuous") else np.inf]
+        above = start
+        for i, (stiffness, axis) in enumerate(zip([*slides, *turns], [*axes, *axes])):
+            last = i == 5
+            name = joint.child if last else f"{joint.name}_{i}"
+            link = m.link(joint.child)
+            b.add_link(name, link.mass, np.array(link.first_moment) / link.mass, central(link)) if last else b.add_link(name)
+            kind = "fixed" if stiffness == np.inf else "prismatic" if i < 3 else "continuous"
+            b.add_joint(f"{joint.name}_{i}", kind, above, name, pose=np.eye(4) if i else pose, axis=None if kind == "fixed" else axis)
+            k += [] if stiffness == np.inf else [stiffness]
+            above = name
+        start = above
+    return b.build(), np.array(k)
+
+
+def central(link):
+    xx, yy, zz, xy, yz, zx = link.inertia
+    c = np.array(link.first_moment) / link.mass
+    return np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (c @ c * np.eye(3) - np.outer(c, c))
+
+
+def test_six_compliances_in_every_joint_and_a_weld_are_those_of_the_mechanism_that_is_drawn_out():
+    m = arm().build()
+    q = m.random(2)
+    weld = [8e5, 8e5, 3e5, 900.0, 900.0, np.inf]
+    modes = m.modes(q, stiffness={"j0": GIVES, "j1": GIVES, "j2": GIVES, "weld": weld}, gravity=False)
+    other, k = drawn_out(m, q, GIVES)
+    M = other.mass_matrix(np.zeros(other.nq))
+    half = np.linalg.cholesky(M)
+    wanted = np.sqrt(np.linalg.eigvalsh(np.linalg.solve(half, np.linalg.solve(half, np.diag(k)).T))) / (2 * np.pi)
+    np.testing.assert_allclose(modes.frequencies, wanted, rtol=1e-9)
+    np.testing.assert_allclose(modes.strain.sum(axis=1), 1, rtol=1e-12)
+    moved = m.mass - m.link("ground").mass
+    six = m.modes(q, stiffness={"j0": [1e6] * 6, "j1": 1e4, "j2": 1e3}, gravity=False)
+    np.testing.assert_allclose(six.effective_mass.sum(axis=0)[:3], moved, rtol=1e-9)  # the ground's translations are motions of the first joint
+
+
+def test_armature_counts_as_in_mass_matrices_and_mimic_joints_follow():
+    b = arm().add_link("hand", mass=0.3, center_of_mass=(0.1, 0, 0), inertia=np.eye(3) * 1e-3)
+    m = b.add_joint("follows", "revolute", "tool", "hand", xyz=(0, 0, 0.1), axis=(0, 1, 0), mimic=("j2", -2.0, 0.1)).build(physics="armature")
+    q, k = m.random(1), np.array([200.0, 3e4, 50.0])
+    found = m.modes(q, stiffness=dict(zip(m.joint_names, k)), gravity=False)
+    squares = np.linalg.eigvals(np.linalg.solve(m.mass_matrix(q), np.diag(k)))
+    np.testing.assert_allclose(found.frequencies, np.sqrt(np.sort(squares.real)) / (2 * np.pi), rtol=1e-10)
+
+
+@pytest.mark.parametrize("text", [FOURBAR, FREE_COUPLER, SLIDERCRANK])
+def test_gravity_along_closed_mechanisms_is_the_second_difference_of_the_energies_of_closed_positions(text):
+    """The multipliers' curvature of the loops is in it.  A coupler that floats, with both of its pins in loops, is the same mechanism."""
+    m = ksl.load_string(text, drives=["A"])
+    start = m.close(m.neutral()).q
+    q = m.close(m.integrate(start, m.consistent_velocity(start, 0.4 * np.eye(m.nv)[0], ["A"])), hold=["A"]).q
+    unit, h = m.consistent_velocity(q, np.eye(m.nv)[0], ["A"]), 1e-2
+
+    def potential(angle):
+        return float(m.energy(m.close(m.integrate(q, angle * unit), hold=["A"]).q, np.zeros(m.nv))[1])
+
+    U = [potential(k * h) for k in range(-3, 4)]
+    second = (2 * U[0] - 27 * U[1] + 270 * U[2] - 490 * U[3] + 270 * U[4] - 27 * U[5] + 2 * U[6]) / (180 * h * h)
+    mass = 2 * float(m.energy(q, unit)[0])
+    found = m.modes(q, stiffness={"A": 0.5})
+    assert len(found.frequencies) == 1 and abs(second) > 0.05
+    np.testing.assert_allclose((2 * np.pi * found.frequencies[0]) ** 2, (0.5 + second) / mass, rtol=1e-7)
+    np.testing.assert_allclose(abs(found.shapes[0, m.link_names.index("crank"), 4]), 1 / math.sqrt(mass), rtol=1e-9)
+
+
+def test_springs_of_joints_at_a_pose_at_rest_are_those_of_linear_models():
+    """By the derivatives of the compiled dynamics: a tree, and a closed mechanism about its equilibrium."""
+    text = FOURBAR.replace('<axis xyz="0 -1 0"/><limit', '<axis xyz="0 -1 0"/><dynamics damping="0" spring_stiffness="6" spring_reference="0.2"/><limit')
+    m = ksl.load_string(text, drives=["A"], physics="spring")
+    rest = m.equilibrium(m.close(m.neutral()).q)
+    poles = np.linalg.eigvals(m.linearise(rest.q).A)
+    assert rest.converged and rest.stable
+    np.testing.assert_allclose(m.modes(rest.q, stiffness={"A": 0.0}).frequencies, poles.imag.max() / (2 * np.pi), rtol=1e-9)
+    m = arm().build()
+    q = m.random(3)
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(m.mass_matrix(q), m.stiffness(q) + np.diag([0, 1e3, 0]))).real)
+    found = m.modes(q, stiffness={"j0": 0.0, "j1": 1e3, "j2": 0.0}).frequencies
+    np.testing.assert_allclose(np.sign(found) * (2 * np.pi * found) ** 2, squares, rtol=1e-9)
+
+
+def rotor():
+    """A shaft along x on two bearings 0.4 m apart; its centroid is 0.14 m from the first."""
+    b = ksl.Builder("rotor").add_link("ground").add_link("shaft", 12.0, (0.14, 0, 0), np.diag([0.05, 0.09, 0.09]))
+    b.add_joint("A", "continuous", "ground", "shaft", xyz=(0, 0, 0.5), axis=(1, 0, 0))
+    return b.add_loop("B", "cylindrical", "ground", "shaft", at([0.4, 0, 0.5]), at([0.4, 0, 0]), axis=(1, 0, 0)).build(drives=["A"])
+
+
+def test_a_shaft_on_bearings_that_tilt_freely_is_a_body_on_two_springs():
+    k1, k2, axial = 1.2e8, 9e7, 8e7
+    given = {"A": {"axial": axial, "radial": k1, "tilting": 0.0}, "B": {"radial": k2, "tilting": 0.0, "axial": 1.0}}  # axial of a cylindrical joint is its motion
+    M, K = np.diag([12.0, 0.09]), np.array([[k1 + k2, -k1 * 0.14 + k2 * 0.26], [-k1 * 0.14 + k2 * 0.26, k1 * 0.14**2 + k2 * 0.26**2]])
+    pair = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)) / (2 * np.pi)
+    found = rotor().modes([0.4], stiffness=given, gravity=False)
+    np.testing.assert_allclose(found.frequencies, np.sort([hertz(axial, 12.0), *pair, *pair]), rtol=1e-12)
+    free = rotor().with_drives([]).modes([0.4], stiffness=given, gravity=False)
+    assert free.frequencies[0] == 0 and free.zero == (("A",),)
+    np.testing.assert_allclose(free.frequencies[1:], found.frequencies, rtol=1e-12)
+
+
+def test_compliant_pins_of_a_four_bar():
+    """Frequencies by bodies with six coordinates each, joints as springs between them (80 digits)."""
+    body = lambda mass, c, I: {"mass": mass, "center_of_mass": c, "inertia": np.diag(I)}
+    b = ksl.Builder("fourbar").add_link("ground").add_link("crank", **body(2.0, (0.1, 0.012, 0.01), (0.002, 0.013, 0.012)))
+    b.add_link("coupler", **body(3.0, (0.3, -0.02, 0.04), (0.006, 0.11, 0.108))).add_link("rocker", **body(2.5, (0.22, 0.01, -0.015), (0.004, 0.055, 0.053)))
+    b.add_link("plate", **body(0.8, (0.02, 0.01, 0.03), (0.001, 0.0015, 0.0012)))
+    for name, parent, child, xyz in (("A", "ground", "crank", (0, 0, 0)), ("B", "crank", "coupler", (0.25, 0, 0)), ("D", "ground", "rocker", (0.7, 0, 0.1))):
+        b.add_joint(name, "continuous", parent, child, xyz=xyz, axis=(0, 1, 0))
+    b.add_joint("weld", "fixed", "coupler", "plate", xyz=(0.3, 0.05, 0.1), rpy=(0.3, -0.4, 0.2))
+    m = b.add_loop("C", "revolute", "coupler", "rocker", at([0.65, 0, 0]), at([0.5, 0, 0]), axis=(0, 1, 0)).build(drives=["A"])
+    q = np.array([-2.2, 1.6965183328377886, -2.1598447878220197])
+    pin = {"axial": 2e7, "radial": 4e7, "tilting": 2e4}
+    found = m.modes(q, stiffness={"A": {"axial": 2e7, "radial": 5e7, "tilting": 3e4, "motion": 900.0}, "B": pin, "C": pin, "D": pin}, gravity=False).frequencies
+    np.testing.assert_allclose(found[[0, 1, 2, 17]], [8.50140599688634, 36.88078975117732, 104.9593444699946, 1805.2542332509329], rtol=1e-9)
+    np.testing.assert_allclose(m.modes(q, stiffness={"A": 900.0}).frequencies, [8.464464731203337], rtol=1e-9)
+    assert m.modes(q, stiffness={"B": pin}).frequencies.shape == (2,), "six of B and one of D, of which five equations hold; the drive is locked"
+
+
+def test_what_moves_without_resistance_is_named_and_a_pose_that_falls_has_negative_frequencies():
+    b = ksl.Builder("pendulum").add_link("ground").add_link("rod", 2.0, (0.5, 0, 0), np.diag([0, 1, 1]) * 2 / 12)
+    m = b.add_joint("hinge", "continuous", "ground", "rod", axis=(0, 1, 0)).build()
+    up, down = (m.modes([angle], stiffness={"hinge": 0.0}) for angle in (-np.pi / 2, np.pi / 2))
+    np.testing.assert_allclose([down.frequencies[0], up.frequencies[0]], [hertz(2 * 9.81 * 0.5, 2 / 3), -hertz(2 * 9.81 * 0.5, 2 / 3)], rtol=1e-12)
+    assert m.modes([0.0]).frequencies.shape == (0,), "all is rigid"
+    loose = m.modes([0.0], stiffness={"hinge": 0.0}, gravity=False)
+    assert loose.frequencies.tolist() == [0.0] and loose.zero == (("hinge",),) and repr(loose) == "<ksl modes: 0 Hz>"
+    plate = four_bar().with_drives([])
+    assert plate.modes(plate.close([0.9, 0, 0]).q, stiffness={}, gravity=False).zero == (("A", "B", "D"),)
+
+
+def test_a_floating_base_is_free():
+    b = ksl.Builder("two").add_link("hull", 4.0, (0, 0, 0), np.eye(3)).add_link("arm", 1.0, (0.5, 0, 0), np.eye(3) * 0.1)
+    m = b.add_joint("hinge", "revolute", "hull", "arm", axis=(0, 0, 1)).build(floating_base=True)
+    with pytest.raises(ValueError, match="floating_base holds nothing, so that no pose is at rest under weight: gravity=False"):
+        m.modes(m.neutral(), stiffness={"hinge": 50.0})
+    found = m.modes(m.neutral(), stiffness={"hinge": 50.0}, gravity=False)
+    assert (found.frequencies[:6] == 0).all() and found.zero[0] == ("floating_base",)
+    arm = 0.1 + 1.0 * 0.25
+    M = np.array([[1.0 + arm, arm, 0.5], [arm, arm, 0.5], [0.5, 0.5, 5.0]])  # hull's turn, hinge, along y
+    np.testing.assert_allclose(found.frequencies[6], hertz(50.0, 1 / np.linalg.inv(M)[1, 1]), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "stiffness, said",
+    [
+        ({"j9": 1.0}, "no joint named 'j9'"),
+        ({"j0": -1.0}, "stiffness of joint j0: found \\[-1.0\\]; every stiffness is positive, 0 where nothing resists, or inf"),
+        ({"j0": {"torsion": 1.0}}, "stiffness of joint j0 has key"),
+        ({"weld": {"axial": 1.0}}, "stiffness of joint weld: the joint has no axis; give six numbers"),
+        ({"weld": 5.0}, "stiffness of joint weld: the joint has no axis"),
+        ({"j0": np.nan}, "every stiffness is positive"),
+        ({"joint:j0": 1.0, "j0": 2.0}, "stiffness of joint j0: it is given twice"),
+        ({"j0": np.ones(5)}, "stiffness of joint j0, one number, six, or \\(6, 6\\)"),
+    ],
+)
+def test_stiffnesses_that_do_not_fit(stiffness, said):
+    with pytest.raises(ValueError, match=said):
+        arm().build().modes(np.zeros(3), stiffness=stiffness)
+
+
+def test_massless_parts_that_nothing_holds_and_open_loops_are_refused():
+    b = ksl.Builder("frame").add_link("ground").add_link("arm", 1.0, (0.1, 0, 0), np.eye(3)).add_link("tip")
+    m = b.add_joint("hinge", "revolute", "ground", "arm", axis=(0, 1, 0)).add_joint("wrist", "revolute", "arm", "tip", axis=(0, 0, 1)).build()
+    with pytest.raises(ValueError, match="wrist: nothing resists a motion that moves no mass"):
+        m.modes([0, 0], stiffness={"hinge": 5.0, "wrist": 0.0})
+    held = m.modes([0, 0], stiffness={"hinge": 5.0, "wrist": 3.0}, gravity=False)  # a spring without mass follows
+    np.testing.assert_allclose(held.frequencies, [hertz(5.0, 1.01)], rtol=1e-12)
+    with pytest.raises(ValueError, match="q: the loops are open by 0.*m.close"):
+        four_bar().modes([0.3, 0, 0], stiffness={"A": 1.0})
+    with pytest.raises(ValueError, match="expected one"):
+        m.modes(np.zeros((2, 2)), stiffness={"hinge": 5.0})
