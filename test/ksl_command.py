@@ -21,7 +21,7 @@ from sweeps_here import sweep_here
 WAITING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 IMPORTED = (
     "ksl.__main__", "ksl.commands", "ksl.checks", "ksl.commands.print_info", "ksl.report.compute_loads", "ksl.robot_files.loading", "ksl.robot_files.mesh_files", "ksl.mechanism.model_tables", "ksl.motions.generate", "ksl.report",
-    "ksl.sizing", "ksl.viewer", "scipy.interpolate", "scipy.signal", "scipy.optimize", "pandas", "pyarrow.compute", "pyarrow.parquet", "pyarrow.csv", "lxml.etree", "pydantic",
+    "ksl.sizing", "ksl.small_motions.frequencies", "ksl.viewer", "scipy.interpolate", "scipy.signal", "scipy.optimize", "pandas", "pyarrow.compute", "pyarrow.parquet", "pyarrow.csv", "lxml.etree", "pydantic",
     "rich.padding", "rich.table", "tomllib", "typer._adapters", "viser", "xml.etree.ElementTree", "zoneinfo",
 )  # fmt: skip
 """Before the first copy is made, so that copies need not do so."""

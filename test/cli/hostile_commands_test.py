@@ -52,6 +52,7 @@ def hostile(tmp_path_factory):
     (folder / "asked.toml").write_text('[[choose]]\njoint = "=HYPERLINK(1)"\nkind = "limits"\nlink = "[red]x[/red]"\n')
     (folder / "catalogue.csv").write_text("kind,name,size,mass,torque\nlimits,'=\u202e,\u009b31m,1,1e9\n", encoding="utf-8")
     (folder / "sweep.toml").write_text('[base]\nmotion = "motion.csv"\n[[vary]]\nkind = "payload"\nlink = "=HYPERLINK(1)"\nvalues = [0, 1]\n')
+    (folder / "stiffness.toml").write_text('"=HYPERLINK(1)" = 1e4\n["[red]x[/red]"]\nmotion = 1e4\n')
     assert run("loads", "robot.urdf", "motion.csv", "-o", "results", inside=folder).returncode == 0
     return folder
 
@@ -127,6 +128,7 @@ PRINTED = {
     "loads": (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv", "--mcap", "--mat"), 0),
     "generate": (("generate", "robot.urdf", "--algorithms", "bias", "-o", "OUT"), 0),
     "hold": (("hold", "robot.urdf"), 0),
+    "modes": (("modes", "robot.urdf", "--stiffness", "stiffness.toml", "--motion", "motion.csv", "-o", "OUT.csv"), 0),
     "motion": (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),
     "simulate": (("simulate", "robot.urdf", "--until", "0.02", "--pose", "=HYPERLINK(1)=0.1", "--dry-friction", "-2+3=1", "-o", "OUT"), 0),
     "size": (("size", "results", "components.toml", "-o", "OUT"), 0),
@@ -252,6 +254,7 @@ FILES = {
     "waypoints": ("motion", "ROBOT", "--kind", "minjerk", "--waypoints", "X", "-o", "OUT.csv"),
     "loops": ("hold", "ROBOT", "--loops", "X"),
     "stiffness": ("hold", "LOOPED", "--stiffness", "X"),
+    "stiffness of modes": ("modes", "ROBOT", "--stiffness", "X"),
     "simulate": ("simulate", "ROBOT", "X", "-o", "OUT"),
     "cases of simulate": ("simulate", "ROBOT", "--cases", "X", "-o", "OUT"),
     "compare": ("compare", "X"),

@@ -25,6 +25,7 @@ COMMANDS = {
         ("ROBOT", "DIR/motion.csv", "-o", "DIR/results", "--csv", "--json", "--mcap", "--mat"),
         ("ROBOT", "DIR/motion.parquet", "-o", "DIR/some", "--joints", "joint,-,Arm,arm,🦾", "--at", "-=0,0,0.1"),
     ],
+    "modes": [("ROBOT", "--stiffness", "DIR/stiffness.toml", "--motion", "DIR/motion.csv", "-o", "DIR/modes.csv"), ("ROBOT", "--stiffness", "DIR/stiffness.toml", "--grid", "-=0:1:2")],
     "simulate": [("ROBOT", "--until", "0.02", "--pose", "case=0.1", "--dry-friction", "Arm=1", "-o", "DIR/simulated")],
     "size": [
         ("DIR/results", "DIR/components.toml", "-o", "DIR/sizes"),
@@ -48,6 +49,7 @@ def folder(tmp_path_factory):
     (folder / "components.toml").write_text(COMPONENTS)
     (folder / "choose.toml").write_text('[[choose]]\njoint = "-"\nkind = "limits"\nlink = "Arm"\n')
     (folder / "catalogue.toml").write_text('[[component]]\nkind = "limits"\nname = "-"\nmass = 1\ntorque = 1e9\n')
+    (folder / "stiffness.toml").write_text('"world" = 1e4\n"-" = 1e4\n[Arm]\nmotion = 1e4\nradial = 1e7\n')
     return folder
 
 
@@ -60,7 +62,7 @@ def test_every_command_is_in_the_table():
 
 
 def test_every_command_takes_such_names(folder):
-    for command in ("info", "check", "compare", "motion", "hold", "loads", "simulate", "size", "sweep", "view"):
+    for command in ("info", "check", "compare", "motion", "hold", "loads", "modes", "simulate", "size", "sweep", "view"):
         for given in COMMANDS[command]:
             if command == "view":
                 pytest.importorskip("viser")

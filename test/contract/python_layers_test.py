@@ -33,7 +33,7 @@ ALLOWED: dict[str, set[str]] = {
     "checks": {"base", "output", "mechanism", "model", "robot_files", "identify"},
     "load_cases": {"base", "mechanism", "simulation", "model", "robot_files", "motions", "motions.signal", "motions.columns", "motions.files"},
     "sizing": {"base", "output", "mechanism", "model", "robot_files", "load_cases"},
-    "small_motions": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases"},
+    "small_motions": {"base", "output", "mechanism", "model", "robot_files", "motions", "motions.signal", "load_cases"},
     "viewer": {"base", "output", "mechanism", "robot_files", "motions"},
     "sweeps": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing"},
     "report": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing", "viewer"},

@@ -42,6 +42,10 @@ OPTIONS = {
     ("size", "--at"): (["size", "results", "--at", "pin=0,0,50"], "the point of the moments of pin is 50 m from the joint's origin"),
     ("view", "--gravity"): (["view", "arm.urdf", "--export", "v.html", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("info", "--gravity"): (["info", "arm.urdf", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
+    ("modes", "--payload"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m"),
+    ("modes", "--pose"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?"),
+    ("modes", "--grid"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "slide=0:300:2"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?"),
+    ("modes", "--gravity"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("simulate", "--payload"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m"),
     ("simulate", "--pose"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m"),
     ("simulate", "--gravity"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
@@ -89,6 +93,7 @@ def folder(tmp_path_factory):
     for name, x in (("m", 0.3), ("mm", 300)):
         (at / f"{name}.csv").write_text("time,slide,slide.v,slide.a,pin,pin.v,pin.a\n" + "".join(f"{k / 10},{x},0,0,0,0,0\n" for k in range(10)))
     ksl.compute_loads(at / "arm.urdf", at / "m.csv").write(at / "results")
+    (at / "s.toml").write_text("slide = 1e5\npin = 1e4\n")
     return at
 
 

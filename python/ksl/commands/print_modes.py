@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ksl.commands.app import say
+from ksl.commands.print_notes import print_notes
 from ksl.report.numbers import format_number
 from ksl.small_motions.frequencies import Frequencies
 
@@ -26,6 +27,7 @@ def print_modes(out: Console, found: Frequencies, written: Sequence[str]) -> Non
         say(out, "no joint gives way, and none is free: there are no frequencies")
     else:
         _print_pose(out, found, count)
+    print_notes(out, found.doubts)
     for line in written:
         say(out, line)
 

@@ -28,6 +28,7 @@ def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tup
             fail(f"--deflection {deflection}: needs the stiffnesses of joints; give them by --stiffness FILE.toml")
         return model, []
     from ksl.base.files_read import recorded
+    from ksl.mechanism.stiffness import flexibilities_of
     from ksl.robot_files.stiffness_file import in_file, stiff_by, stiffnesses
 
     if not model.loops and not deflection:
@@ -36,7 +37,10 @@ def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tup
         if deflection:
             model.frame_link(deflection)
         with recorded() as ledger, in_file(file):
-            stiff = stiff_by(model, file)[0] if model.loops else model.with_stiffness(stiffnesses(file))  # what it leaves out is among the notes of the run
+            if model.loops:
+                model, _ = stiff_by(model, file)  # what it leaves out is among the notes of the run
+            else:
+                flexibilities_of(model, stiffnesses(file))  # no wrench depends on them
     except ValueError as e:
         fail(str(e))
-    return stiff, ledger.files
+    return model, ledger.files

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,7 @@ from ksl.mechanism.stiffness import Stiffness, flexibilities_of
 from ksl.model.model import Model
 from ksl.model.poses_at_rest import Modes
 from ksl.motions.reading import read_motion
+from ksl.motions.signal.suspicions import suspicions_of_pose
 from ksl.output import whole_file
 from ksl.robot_files.loading import load
 from ksl.robot_files.stiffness_file import in_file, stiffnesses
@@ -50,6 +51,8 @@ class Frequencies:
     """The pose whose first frequency is the lowest."""
     modes: Modes
     """All modes of that pose."""
+    doubts: tuple[str, ...] = ()
+    """What is suspicious about the poses: numbers that are likely in other units."""
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a CSV: `time` of a motion, the columns of the joints' positions, and f1, f2 … in Hz.  Raises OutputError."""
@@ -96,18 +99,18 @@ def frequencies(
     for name, x in (("count", count), ("samples", samples)):
         if isinstance(x, bool) or not isinstance(x, (int, np.integer)) or x < 1:
             raise ValueError(f"{name}={x!r}; expected a number, 1 or more")
-    time, q = _poses(robot, motion, pose, grid, samples, reading or {})
+    poses = _poses(robot, motion, pose, grid, samples, reading or {})
     if stiffness is None or isinstance(stiffness, Mapping):
-        return _found(robot, time, q, stiffness, gravity, count)
+        return _found(robot, poses, stiffness, gravity, count)
     given = stiffnesses(stiffness)
     with in_file(stiffness):
         flexibilities_of(robot, given)  # judged here: other errors are not the file's
-    return _found(robot, time, q, given, gravity, count)
+    return _found(robot, poses, given, gravity, count)
 
 
-def _found(model: Model, time: Array | None, q: Array, stiffness: Mapping[str, Stiffness] | None, gravity: bool, count: int) -> Frequencies:
+def _found(model: Model, poses: _Poses, stiffness: Mapping[str, Stiffness] | None, gravity: bool, count: int) -> Frequencies:
     rows, lowest, best = [], 0, None
-    for k, at in enumerate(q):
+    for k, at in enumerate(poses.q):
         found = modes(model, at, stiffness, gravity)
         rows.append(found.frequencies[:count])
         if best is None or (len(rows[k]) and rows[k][0] < rows[lowest][0]):
@@ -115,20 +118,28 @@ def _found(model: Model, time: Array | None, q: Array, stiffness: Mapping[str, S
     assert best is not None  # there is one pose at least
     width = max(len(row) for row in rows)
     table = np.array([[*row, *[np.nan] * (width - len(row))] for row in rows]).reshape(len(rows), width)
-    return Frequencies(model, q, time, table, lowest, best)
+    return Frequencies(model, poses.q, poses.time, table, lowest, best, poses.doubts)
 
 
-def _poses(model: Model, motion: Any, pose: Mapping[str, Any] | ArrayLike | None, grid: Mapping[str, Sequence[float]] | None, samples: int, reading: Mapping[str, Any]) -> tuple[Array | None, Array]:
+class _Poses(NamedTuple):
+    """Where frequencies are asked for."""
+
+    q: Array
+    time: Array | None
+    doubts: tuple[str, ...]
+
+
+def _poses(model: Model, motion: Any, pose: Mapping[str, Any] | ArrayLike | None, grid: Mapping[str, Sequence[float]] | None, samples: int, reading: Mapping[str, Any]) -> _Poses:
     if motion is not None:
         if pose is not None or grid is not None:
             raise MotionError("motion with pose or grid: the motion says where all joints are; give one of them")
         read = read_motion(model, motion, **reading) if isinstance(motion, (str, os.PathLike)) else motion_given(model, motion)
         taken = np.unique(np.linspace(0, len(read.time) - 1, min(samples, len(read.time))).round().astype(int))
-        return read.time[taken], read.q[taken]
+        return _Poses(read.q[taken], read.time[taken], tuple(read.doubts))
     start = pose_of(model, pose) if isinstance(pose, Mapping) else neutral(model) if pose is None else np.asarray(model.as_array(pose, "q"), dtype=float)
     named = set(named_joints(model, pose if isinstance(pose, Mapping) or pose is None else list(start)))
     if not grid:
-        return None, (closed_pose(model, start, named)[0] if model.loops else start)[None]
+        return _at_rest(model, (closed_pose(model, start, named)[0] if model.loops else start)[None])
     values = {name: [float(x) for x in np.atleast_1d(np.asarray(of, dtype=float))] for name, of in grid.items()}
     total = int(np.prod([len(of) for of in values.values()]))
     if not 0 < total <= MOST:
@@ -141,4 +152,9 @@ def _poses(model: Model, motion: Any, pose: Mapping[str, Any] | ArrayLike | None
     q[:, [joint.q_index for joint in where]] = list(product(*values.values()))
     if model.loops:
         q = np.array([closed_pose(model, each, {*values, *named})[0] for each in q])
-    return None, q
+    return _at_rest(model, q)
+
+
+def _at_rest(model: Model, q: Array) -> _Poses:
+    """Poses (n, nq) of which the first and the last are the ends of a grid."""
+    return _Poses(q, None, tuple(dict.fromkeys(line for at in (q[0], q[-1]) for line in suspicions_of_pose(model, at))))
