@@ -44,6 +44,7 @@ def state(robot):
     return robot.random(rng), rng.normal(size=robot.nv), rng.normal(size=robot.nv), rng.normal(size=robot.nv)
 
 
+STIFF = {"hip": 1e4, "knee": [1e6] * 6}
 FRAMES = {
     "frame_pose": lambda m, s, name: m.frame_pose(s[0], name),
     "frame_poses": lambda m, s, name: m.frame_poses(s[0], [name]),
@@ -67,6 +68,8 @@ FRAMES = {
     "operational_space_inertia": lambda m, s, name: m.operational_space_inertia(s[0], [name])[0],
     "operational_space": lambda m, s, name: m.operational_space(s[0], s[1], names=[name])[0],
     "inverse_kinematics": lambda m, s, name: m.inverse_kinematics(name, np.eye(4), starts=1).q,
+    "compliance": lambda m, s, name: m.compliance(s[0], name, stiffness=STIFF),
+    "deflection": lambda m, s, name: m.deflection(*s[:3], name, stiffness=STIFF),
     "subtree_links": lambda m, s, name: np.array([len(m.subtree_links(name))]),
     "subtree_mass": lambda m, s, name: np.array([m.subtree_mass(name)]),
 }
@@ -85,6 +88,8 @@ JOINTS = {
     "simulate, brake": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], brake=Brake({name: 0.5}, at=0.0)).q,
     "simulate, stiffness of gains": lambda m, s, name: m.simulate(np.zeros(3), np.zeros(3), [0, 0.01], efforts=PD(np.zeros(3), {name: 9.0}, 1.0)).q,
     "with_stiffness": lambda m, s, name: np.array([m.with_stiffness({name: np.full(6, 1e6)}).nq]),
+    "modes": lambda m, s, name: m.modes(s[0], stiffness={name: 1e4}),
+    "linearise": lambda m, s, name: m.linearise(s[0], inputs=[name]),
     "joint": lambda m, s, name: np.array([m.joint(name).q_index]),
     "with_frozen_joints": lambda m, s, name: np.array([m.with_frozen_joints({name: 0.3}).nq]),
     "placement of loads": lambda m, s, name: ksl.compute_loads(m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]),

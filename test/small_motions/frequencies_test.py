@@ -83,7 +83,7 @@ def test_deflections_along_a_motion(folder):
 
 BAD = {
     "modes needs stiffnesses: --stiffness FILE.toml": ["modes", "arm.urdf"],
-    "bad.toml: stiffness of joint elbow has key": ["modes", "arm.urdf", "--stiffness", "bad.toml"],
+    "bad.toml: stiffness of joint elbow has key='torsion'; expected one of": ["modes", "arm.urdf", "--stiffness", "bad.toml"],
     "none.toml: arm: no joint named 'elbw'; did you mean": ["modes", "arm.urdf", "--stiffness", "none.toml"],
     "--grid elbow=0:1: expected JOINT=FROM:TO:N": ["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "elbow=0:1"],
     "--grid elbow=…: is given twice": ["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "elbow=0:1:2", "--grid", "elbow=0:1:2"],
@@ -92,7 +92,7 @@ BAD = {
     "grid: 1000000 poses; expected between 1 and 100000": ["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "elbow=0:1:1000", "--grid", "shoulder=0:1:1000"],
     "--deflection fore: needs the stiffnesses of joints": ["loads", "arm.urdf", "m.csv", "--deflection", "fore", "-o", "x"],
     "no link or joint named 'hand'": ["loads", "arm.urdf", "m.csv", "--deflection", "hand", "--stiffness", "drives.toml", "-o", "x"],
-    "bad.toml: stiffness of joint elbow has key 'torsion'": ["loads", "arm.urdf", "m.csv", "--deflection", "fore", "--stiffness", "bad.toml", "-o", "x"],
+    "bad.toml: stiffness of joint elbow has key='torsion'": ["loads", "arm.urdf", "m.csv", "--deflection", "fore", "--stiffness", "bad.toml", "-o", "x"],
     "--stiffness s.toml: arm has no loops": ["loads", "arm.urdf", "m.csv", "--stiffness", "s.toml", "-o", "x"],
     "m.csv": ["modes", "arm.urdf", "--stiffness", "drives.toml", "--motion", "m.csv", "-o", "m.csv"],
 }

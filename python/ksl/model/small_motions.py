@@ -36,7 +36,7 @@ class SmallMotions(Mechanism):
         Raises ValueError for stiffnesses that don't fit, open loops, and massless parts that nothing holds.
         Dense algebra: O(n³), n being the displacements of all joints; some milliseconds for a robot with six compliances in each joint.
 
-            gears = {"shoulder_pan_joint": 2.5e4, "elbow_joint": {"motion": 1.2e4, "axial": 4e7, "radial": 6e7, "tilting": 9e4}}
+            gears = {"shoulder_pan": 2.5e4, "elbow": {"motion": 1.2e4, "axial": 4e7, "radial": 6e7, "tilting": 9e4}}
             m.modes(q, stiffness=gears).frequencies                             # Hz
         """
         return cast("Modes", function_of("modes")(self, q, stiffness, gravity))
@@ -49,8 +49,8 @@ class SmallMotions(Mechanism):
 
         Raises ValueError where nothing resists a wrench, and names the joints that would move.  Dense algebra: O(n³).
 
-            C = m.compliance(q, "tool0", stiffness={"elbow_joint": 1.2e4})
-            force = 20.0 / C[2, 2]                                              # N that move the tool by 20 m along z
+            C = m.compliance(q, "tool0", stiffness={"elbow": 1.2e4})            # (6, 6)
+            pushed = C @ [0, 0, 50.0, 0, 0, 0]                                  # (6,): what 50 N along z move it by
         """
         return cast("Array", function_of("compliance")(self, q, frame, stiffness, axes))
 
@@ -74,7 +74,7 @@ class SmallMotions(Mechanism):
 
         Raises ValueError where nothing resists a wrench.  Dense algebra for each state: O(n³).
 
-            off = m.deflection(q, v, a, "tool0", stiffness={"elbow_joint": 1.2e4})
+            off = m.deflection(q, v, a, "tool0", stiffness={"elbow": 1.2e4})
         """
         return cast("Array", function_of("deflection")(self, q, v, a, frame, stiffness, external, axes, by, external_axes))
 
@@ -106,7 +106,7 @@ class SmallMotions(Mechanism):
         The physics of the model counts: damping, springs, friction by its smooth law.  Analytic derivatives: O(nv³).
         Raises ValueError for rates that open loops, and for unknown names.
 
-            l = m.linearise(q, outputs=["elbow_joint", "elbow_joint.tz"])
+            l = m.linearise(q, outputs=["elbow", "elbow.tz"])
             step = l.discrete(0.002)
         """
         return cast("LinearModel", function_of("linearise")(self, q, v, tau, inputs, outputs))

@@ -9,12 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.base.finite_results import require_finite
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.loops import one_position
 from ksl.mechanism.requests import core_of, one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, argument_rows, items_of, leading_shape
 from ksl.mechanism.stiffness import Flexibility, Stiffness
-from ksl.small_motions.elastic import Elastic, elastic, flexibilities
+from ksl.small_motions.elastic import Elastic, elastic, falls, flexibilities
 
 Axes = Literal["frame", "world"]
 By = Literal["frame", "joint"]
@@ -22,6 +23,7 @@ WEAK = 1e-12
 """Stiffnesses below it, relative to the largest of unit displacements, are zero."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def compliance(model: Calls, q: ArrayLike, frame: str, stiffness: Mapping[str, Stiffness] | None = None, axes: Axes = "frame") -> Array:
     """See :meth:`ksl.Model.compliance`."""
     link = model.frame_link(frame)
@@ -31,6 +33,7 @@ def compliance(model: Calls, q: ArrayLike, frame: str, stiffness: Mapping[str, S
     return (C + C.T) / 2
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def deflection(
     model: Calls, q: ArrayLike, v: ArrayLike, a: ArrayLike, frame: str, stiffness: Mapping[str, Stiffness] | None = None, external: External | None = None,
     axes: Axes = "frame", by: By = "frame", external_axes: ExternalAxes = "link",
@@ -39,9 +42,11 @@ def deflection(
     link = model.frame_link(frame)
     one_of(by, "by", "frame", "joint")
     one_of(axes, "axes", "frame", "world")
+    flexible = flexibilities(model, stiffness)
+    if name := falls(model, flexible):
+        raise ValueError(f"{name} holds nothing, so that no frame is off by a certain way: give {name} a stiffness, or use with_frozen_joints")
     arrays = {name: argument_rows(x, name, columns, core_of(model)) for name, x, columns in (("q", q, model.nq), ("v", v, model.nv), ("a", a, model.nv))}
     wrenches = {name: argument_rows(x, f"external[{name!r}]", 6, core_of(model)) for name, x in items_of(external, external_axes)}
-    flexible = flexibilities(model, stiffness)
     leading = leading_shape({**arrays, **wrenches})
     names = [joint.name for joint in (*model.joints, *model.loops)]
     through = np.asarray(model.reactions(q, v, a, external, joints=names, external_axes=external_axes))
@@ -82,6 +87,8 @@ def _given_way(body: Elastic, loads: Array) -> Array:
     """Displacements (n, k) under loads (n, k), which the springs balance.  Raises ValueError where nothing resists a load."""
     N = body.closed
     K, F = N.T @ (body.springs + body.elements[2]) @ N, N.T @ loads
+    for what, x in (("stiffness", K), ("load", F)):
+        require_finite("displacements", what, x)
     size = np.sqrt(np.diag(K))
     scale = 1 / np.where(size > 0, size, 1.0)
     values, V = np.linalg.eigh(K * np.outer(scale, scale))

@@ -19,6 +19,7 @@ SHORTEST = 1e-12
 """rad or m: a step that is no longer has arrived."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def equilibrium(
     model: Calls, q: ArrayLike, tau: ArrayLike | None = None, external: External | None = None, external_axes: ExternalAxes = "link"
 ) -> Equilibrium:

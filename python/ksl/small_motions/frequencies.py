@@ -92,7 +92,7 @@ def frequencies(
 
     Raises MotionError, DescriptionError or ValueError.  Each pose costs what :meth:`Model.modes` does.
 
-        found = ksl.frequencies("robot.urdf", "motion.csv", stiffness={"elbow_joint": 1.2e4})
+        found = ksl.frequencies("robot.urdf", "motion.csv", stiffness={"elbow": 1.2e4})
         found.frequencies[found.lowest, 0]                                  # Hz
     """
     robot = model if isinstance(model, Model) else load(model)

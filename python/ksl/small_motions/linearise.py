@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl.base.errors import near_names
 from ksl.mechanism import given
+from ksl.base.finite_results import require_finite
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.joint_kinds import columns_of
 from ksl.mechanism.loops import one_position, one_row
@@ -23,6 +24,7 @@ AT_REST = 1e-9
 """rad, m or of the efforts: a state that is at rest but for so much is an equilibrium."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def linearise(
     model: Calls, q: ArrayLike, v: ArrayLike | None = None, tau: ArrayLike | None = None, inputs: Iterable[str] | None = None, outputs: Iterable[str] = ()
 ) -> LinearModel:
@@ -40,6 +42,8 @@ def linearise(
     B = np.vstack([np.zeros((n, len(driven))), about.acceleration_by_tau[own]])
     rate = np.concatenate([speeds[own], about.acceleration[own]])
     rest = bool(np.abs(rate).max(initial=0.0) <= AT_REST * max(1.0, np.abs(A).max(initial=0.0), float((np.abs(B) @ np.abs(efforts[driven])).max(initial=0.0))))
+    for what, x in (("A", A), ("B", B), ("rate", rate)):
+        require_finite("linearise", what, x)
     C = np.array([row[1] for row in rows]).reshape(len(rows), 2 * n)
     D = np.array([row[2] for row in rows]).reshape(len(rows), len(driven))
     return LinearModel(A, B, C, D, rate, tuple(_coordinates(model)[i] for i in own), names, tuple(wanted), rest, np.array([row[0] for row in rows]))
@@ -65,11 +69,13 @@ def _inputs(model: Calls, inputs: Iterable[str] | None) -> tuple[list[int], tupl
         motors = given.names(inputs, "inputs")
     found: list[int] = []
     for name in motors:
-        joint = next((joint for joint in model.joints if joint.nv and joint.name == name), None)
-        if joint is None and name not in known:
-            near = near_names(name, [*known, *model.joint_names])
-            raise ValueError(f"inputs: no moving joint, and no coordinate of one, is named {name!r}; {near}inputs are {', '.join(known)}")
-        found += [known.index(name)] if joint is None else range(joint.v_index, joint.v_index + joint.nv)
+        if name in known:
+            found.append(known.index(name))
+            continue
+        joint = model.joint(name)
+        if not joint.nv:
+            raise ValueError(f"inputs: joint {joint.name} has no coordinates of its own; inputs are {', '.join(known)}")
+        found += range(joint.v_index, joint.v_index + joint.nv)
     if len(set(found)) < len(found):
         raise ValueError(f"inputs: {', '.join(motors)} name a coordinate twice; name it once")
     return found, tuple(known[k] for k in found)

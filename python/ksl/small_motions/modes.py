@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.mechanism import given
+from ksl.base.finite_results import require_finite
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.loops import one_position
 from ksl.mechanism.states import Array
@@ -20,15 +21,18 @@ ROUNDING = 64 * np.finfo(float).eps
 """Squares of frequencies below it, times their number and the largest, are zero."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None = None, gravity: bool = True) -> Modes:
     """See :meth:`ksl.Model.modes`."""
-    flexible = flexibilities(model, stiffness)
+    at, flexible = one_position(model, q), flexibilities(model, stiffness)
     weight = given.flag(gravity, "gravity") and bool(model.gravity.any())
     if weight and (name := falls(model, flexible)):
         raise ValueError(f"{name} holds nothing, so that no pose is at rest under weight: gravity=False, a stiffness of {name}, or with_frozen_joints")
-    body = elastic(model, one_position(model, q), flexible)
+    body = elastic(model, at, flexible)
     N = body.closed
     K, M = N.T @ body.stiffness(model.gravity if weight else np.zeros(3)) @ N, N.T @ body.mass @ N
+    for what, x in (("stiffness", K), ("mass", M)):
+        require_finite("modes", what, x)
     squares, shapes = _solved(K, M, body, N)
     frequencies = np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi)
     twists = np.array([body.to.twists(i) @ body.to.factors @ shapes for i in range(len(model.links))])  # (links, 6, n)
