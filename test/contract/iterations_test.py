@@ -54,6 +54,12 @@ def still_improving(monkeypatch):
     return (found.facts["converged"], found.facts["reason"]), (False, "improving"), "; ".join(found.notes), "the search was not at its end: in its last quarter"
 
 
+def no_rest(monkeypatch):
+    """An effort beyond what the weight can hold."""
+    found = panda().equilibrium(np.zeros(7), tau=np.full(7, 1e4))
+    return (found.converged, found.reason, np.abs(found.residual).max() > 1e3), (False, "not found", True), repr(found), "not found, largest effort left"
+
+
 def out_of_reach(monkeypatch):
     target = np.eye(4)
     target[:3, 3] = 0.4, 0.2, 0.5
@@ -66,11 +72,13 @@ UNFINISHED = {
     "identify/fit.py: _settle": unsettled,
     "load_cases/holding.py: worst_pose": short_of_the_worst,
     "motions/generate/excitation.py: excitation": still_improving,
+    "small_motions/equilibrium.py: _search": no_rest,
     "mechanism/inverse_kinematics.py: inverse_kinematics": out_of_reach,
 }
 """{loop: a call that doesn't come to an end}: its fields, what they begin with, its words, and what is among them.  The last is in C++."""
 
 NEED_NONE = {
+    "small_motions/equilibrium.py: _shorter": "halves of a step; the search says that none helped",
     "identify/base_parameters.py: of_regressor": "two steps, the second for what rounding left",
     "motions/closed_motion.py: keeps_closed": "each pass takes rates away that open a loop, until none is left that does",
     "motions/signal/corners.py: _tested": "two steps of Newton's from a start within a sample; what is not at a root is no jump",

@@ -36,11 +36,11 @@ def _print_range(out: Console, found: Frequencies) -> None:
     table = Table("mode", "lowest, Hz", "highest, Hz", "lowest at" if found.time is not None else "lowest in pose", box=None, pad_edge=False, header_style="dim")
     for k, column in enumerate(found.frequencies.T):
         at = int(np.nanargmin(column))
-        where = f"{found.time[at]:.6g} s" if found.time is not None else _pose(found, at)
-        table.add_row(str(k + 1), _hertz(np.nanmin(column)), _hertz(np.nanmax(column)), Text(where))
+        when = f"{found.time[at]:.6g} s" if found.time is not None else _pose(found, at)
+        table.add_row(str(k + 1), _hertz(np.nanmin(column)), _hertz(np.nanmax(column)), Text(when))
     out.print(table)
-    at = f"at {found.time[found.lowest]:.6g} s" if found.time is not None else "in this pose"
-    say(out, f"{len(found.q)} poses; the lowest is {_hertz(found.frequencies[found.lowest, 0])} Hz {at}: {_pose(found, found.lowest)}")
+    where = f"at {found.time[found.lowest]:.6g} s" if found.time is not None else "in this pose"
+    say(out, f"{len(found.q)} poses; the lowest is {_hertz(found.frequencies[found.lowest, 0])} Hz {where}: {_pose(found, found.lowest)}")
 
 
 def _print_pose(out: Console, found: Frequencies, count: int) -> None:

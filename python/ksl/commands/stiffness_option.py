@@ -36,11 +36,13 @@ def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tup
     try:
         if deflection:
             model.frame_link(deflection)
-        with recorded() as ledger, in_file(file):
+        with recorded() as ledger:
             if model.loops:
                 model, _ = stiff_by(model, file)  # what it leaves out is among the notes of the run
             else:
-                flexibilities_of(model, stiffnesses(file))  # no wrench depends on them
+                given = stiffnesses(file)
+                with in_file(file):
+                    flexibilities_of(model, given)  # no wrench depends on them
     except ValueError as e:
         fail(str(e))
     return model, ledger.files

@@ -66,7 +66,8 @@ class Flexibility(NamedTuple):
 
 def flexibilities_of(model: Mechanism, stiffness: Mapping[str, Stiffness]) -> dict[str, Flexibility]:
     """How the joints that are named give way.  Raises ValueError that names the joint."""
-    joints: dict[str, Joint | Loop] = {joint.name: joint for joint in (*model.joints, *model.loops)}
+    joints: dict[str, Joint | Loop] = {joint.name: joint for joint in model.joints}
+    joints |= {loop.name: loop for loop in model.loops}
     found: dict[str, Flexibility] = {}
     for name, x in given.mapping(stiffness, "stiffness", "{joint: a number, six, a (6, 6) matrix, or axial, radial, tilting and motion}"):
         joint = model._plain(given.name(name, "a joint"), "joint")
@@ -96,7 +97,7 @@ def flexibility_of(of: Joint | Loop, stiffness: Stiffness) -> Flexibility:
 
 
 def _of_directions(who: str, directions: np.ndarray, stiffnesses: ArrayLike) -> Flexibility:
-    """Of stiffnesses along columns that are orthogonal to each other: N/m, N m/rad; inf where it is rigid."""
+    """What stiffnesses make along columns that are orthogonal to each other: N/m, N m/rad; inf where it is rigid."""
     k = np.asarray(stiffnesses, dtype=float)
     if not (k >= 0).all():  # NaN is not, either
         raise ValueError(f"{who}: found {k.tolist()}; every stiffness is positive, 0 where nothing resists, or inf where the joint is rigid")
@@ -128,14 +129,14 @@ def _of_bearing(who: str, stiffness: Mapping[str, float], of: Joint | Loop) -> F
 
 def _without(compliance: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """What is left of a compliance where orthonormal directions of motion are no part of it."""
-    rest = np.eye(6) - motion @ motion.T
-    return rest @ compliance @ rest
+    rest: np.ndarray = np.eye(6) - motion @ motion.T
+    return np.asarray(rest @ compliance @ rest)
 
 
 def _independent(directions: np.ndarray) -> np.ndarray:
     """Orthonormal columns that span the same."""
     basis, size, _ = np.linalg.svd(directions, full_matrices=False)
-    return basis[:, size > 1e-9]
+    return np.asarray(basis[:, size > 1e-9])
 
 
 def steady_motion(of: Joint | Loop) -> np.ndarray:
@@ -144,8 +145,9 @@ def steady_motion(of: Joint | Loop) -> np.ndarray:
     lin, ang = np.concatenate([u, np.zeros(3)])[:, None], np.concatenate([np.zeros(3), u])[:, None]
     across = np.zeros((6, 2))
     across[:3] = np.linalg.svd(u[None])[2][1:].T
-    return {
+    directions: dict[str, np.ndarray] = {
         "fixed": np.zeros((6, 0)), "revolute": ang, "continuous": ang, "prismatic": lin, "helical": of.pitch * lin + ang, "cylindrical": np.hstack([lin, ang]),
         "universal": np.concatenate([np.zeros(3), of.axis2 or np.zeros(3)])[:, None], "spherical": np.eye(6)[:, 3:], "planar": np.hstack([across, ang]),
         "translation": np.eye(6)[:, :3], "floating": np.eye(6),
-    }[of.kind]  # fmt: skip
+    }  # fmt: skip
+    return directions[of.kind]

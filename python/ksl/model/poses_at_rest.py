@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.mechanism.states import Array
 
@@ -27,7 +28,7 @@ class Modes:
     """The joints that have springs, those of loops last."""
     links: tuple[str, ...]
     zero: tuple[tuple[str, ...], ...]
-    """Of each mode of frequency zero the joints that move in it."""
+    """The joints that move in each mode of frequency zero."""
 
     def __repr__(self) -> str:
         """One line; the arrays are in the fields."""
@@ -44,10 +45,10 @@ class Equilibrium:
     """(nq): at rest where `converged`; elsewhere where the search ended."""
     converged: bool
     reason: str
-    """"at rest"; or how the search ended: "not found" where what is left has a minimum, "loops" where these could not be closed."""
+    """"at rest"; or how the search ended: "not found" where what is left has a minimum, "steps" where there were too few, "loops" where these could not be closed."""
     residual: Array
     """(n): the efforts that are left, N m or N, of the coordinates `independent`."""
-    independent: Array
+    independent: NDArray[np.intp]
     """(n): indices into v, as :meth:`ksl.Model.independent` has them; all of a tree."""
     stiffness: Array
     """(n, n): what the efforts of these coordinates that would hold the pose change by, per rad or m."""

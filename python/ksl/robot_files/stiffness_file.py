@@ -30,8 +30,6 @@ def in_file(given: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except ValueError as e:
-        if str(e).startswith(os.fspath(given)):
-            raise
         raise DescriptionError(f"{os.fspath(given)}: {e}") from None
 
 
@@ -42,8 +40,9 @@ def stiff_by(model: Model, given: str | os.PathLike[str] | Mapping[str, Stiffnes
     """
     if isinstance(given, Mapping):
         return _stiff(model, given, "the stiffnesses")
+    table = stiffnesses(given)
     with in_file(given):
-        return _stiff(model, stiffnesses(given), os.fspath(given))
+        return _stiff(model, table, os.fspath(given))
 
 
 def _stiff(model: Model, given: Mapping[str, Stiffness], name: str) -> tuple[Model, list[str]]:

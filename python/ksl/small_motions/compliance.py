@@ -48,7 +48,7 @@ def deflection(
     arrays = {name: argument_rows(x, name, columns, core_of(model)) for name, x, columns in (("q", q, model.nq), ("v", v, model.nv), ("a", a, model.nv))}
     wrenches = {name: argument_rows(x, f"external[{name!r}]", 6, core_of(model)) for name, x in items_of(external, external_axes)}
     leading = leading_shape({**arrays, **wrenches})
-    names = [joint.name for joint in (*model.joints, *model.loops)]
+    names = [*(joint.name for joint in model.joints), *model.loop_names]
     through = np.asarray(model.reactions(q, v, a, external, joints=names, external_axes=external_axes))
     poses = np.broadcast_to(arrays["q"], (*leading, model.nq)).reshape(math.prod(leading), model.nq)
     through = np.broadcast_to(through, (*leading, *through.shape[-2:])).reshape(len(poses), *through.shape[-2:])
@@ -70,7 +70,8 @@ def _of_state(model: Calls, q: Array, through: Array, link: int, flexible: Mappi
         total: Array = moved.sum(axis=1)
         return total
     shares = np.zeros((len(model.joints), 2, 6))
-    np.add.at(shares, (to.owner, np.where(to.along, 0, 1)), moved.T)
+    for joint, along, x in zip(to.owner, to.along, moved.T):
+        shares[joint, 0 if along else 1] += x
     return shares
 
 

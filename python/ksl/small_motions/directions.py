@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.mechanism import Joint
@@ -32,7 +33,7 @@ class Directions:
 
     pose: Array
     """(links, 4, 4)."""
-    joint: Array
+    joint: NDArray[np.intp]
     """(d) Indices of their joints."""
     column: Array
     """(6, d): displacements of the joints, in the axes of their frames."""
@@ -42,21 +43,21 @@ class Directions:
     """(d, 3)."""
     origin: Array
     """(d, 3): the children's origins."""
-    moves: Array
+    moves: NDArray[np.bool_]
     """(links, d), whether a direction moves a link."""
-    before: Array
+    before: NDArray[np.bool_]
     """(d, d), whether the first's joint carries the second's."""
-    beside: Array
+    beside: NDArray[np.bool_]
     """(d, d), whether both are of one joint."""
-    first_axis: Array
+    first_axis: NDArray[np.bool_]
     """(d), whether it turns about the first axis of a universal joint, and another one about the second."""
     factors: Array
     """(d, n): of the directions, from the independent displacements."""
     stiffness: Array
     """(n, n), of the joints, for the independent displacements."""
-    owner: Array
+    owner: NDArray[np.intp]
     """(n) Indices of the joints that give way."""
-    along: Array
+    along: NDArray[np.bool_]
     """(n), whether that is along the joint's motion."""
     coordinate_rows: dict[str, Array]
     """{joint: (nv of the joint, d)}, its own coordinates."""
@@ -125,7 +126,7 @@ def _assembled(model: Calls, pose: Array, index: Mapping[str, int], carriers: Ma
     )  # fmt: skip
 
 
-def _carried(model: Calls, index: Mapping[str, int], carriers: Mapping[str, int]) -> Array:
+def _carried(model: Calls, index: Mapping[str, int], carriers: Mapping[str, int]) -> NDArray[np.bool_]:
     """(links, joints), whether a joint carries a link."""
     carried = np.zeros((len(index), len(model.joints)), dtype=bool)
     for name, i in index.items():  # parents first
@@ -144,7 +145,7 @@ def _stiffness(ways: list[GivingWay], start: Array) -> Array:
     return K
 
 
-def _first_axes(model: Calls, column: Array, joint_of: Array, motions: list[Array]) -> Array:
+def _first_axes(model: Calls, column: Array, joint_of: Array, motions: list[Array]) -> NDArray[np.bool_]:
     """A universal joint turns about its first axis before the second; other turns of a joint add up."""
     found = np.zeros(len(joint_of), dtype=bool)
     for i, joint in enumerate(model.joints):

@@ -43,7 +43,7 @@ class Elastic:
         size = np.linalg.norm(rows, axis=0)
         scale = 1 / np.where(size > 0, size, 1.0)
         _, values, V = np.linalg.svd(rows * scale)
-        return scale[:, None] * V[int((values > ZERO * values[0]).sum()) :].T
+        return np.asarray(scale[:, None] * V[int((values > ZERO * values[0]).sum()) :].T)
 
     @cached_property
     def springs(self) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.loops import one_position, one_row
@@ -15,8 +15,9 @@ from ksl.model.poses_at_rest import Equilibrium
 STEPS = 60
 LONGEST = 0.5
 """rad or m, of a step of the search."""
-SHORTEST = 1e-12
-"""rad or m: a step that is no longer has arrived."""
+HALVES = 30
+ROUNDING = 1e-11
+"""Efforts that are left, relative to the largest that take part."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
@@ -26,32 +27,31 @@ def equilibrium(
     """See :meth:`ksl.Model.equilibrium`."""
     at = one_position(model, q)
     balance = _Balance(model, one_row(model, tau, "tau"), external, external_axes)
-    reason = "not found"
+    closed = not model.loops
     if model.loops:
-        closed = model.close(at)
-        at = closed.q
-        if not closed.converged:
-            reason = "loops"
-    left, K = balance.at(at)
-    if reason != "loops":
-        for _ in range(STEPS):
-            step = np.linalg.lstsq(K, left, rcond=1e-12)[0]
-            length = float(np.abs(step).max(initial=0.0))
-            if length <= SHORTEST * max(1.0, float(np.abs(at).max(initial=0.0))):
-                reason = "at rest" if np.abs(left).max(initial=0.0) <= 1e-9 * max(1.0, balance.size(at)) else "not found"
-                break
-            found = _shorter(balance, at, left, step * min(1.0, LONGEST / length))
-            if found is None:
-                reason = "at rest" if np.abs(left).max(initial=0.0) <= 1e-12 * balance.size(at) else "not found"
-                break
-            at, left, K = found
+        nearest = model.close(at)
+        at, closed = nearest.q, bool(nearest.converged)
+    at, left, K, reason = _search(balance, at) if closed else (at, *balance.at(at), "loops")
     stable = bool(len(K) == 0 or (np.linalg.eigvalsh((K + K.T) / 2) > 1e-12 * np.abs(K).max()).all())
     return Equilibrium(at, reason == "at rest", reason, left, balance.independent(at), K, stable and reason == "at rest")
 
 
+def _search(balance: _Balance, at: Array) -> tuple[Array, Array, Array, str]:
+    """Newton's method: where it ended, what is left there, the stiffness, and how it ended."""
+    left, K = balance.at(at)
+    for _ in range(STEPS):
+        step = np.linalg.lstsq(K, left, rcond=1e-12)[0]
+        length = float(np.abs(step).max(initial=0.0))
+        found = _shorter(balance, at, left, step * min(1.0, LONGEST / length)) if length > 0 else None
+        if found is None:  # nothing is left but rounding, or what is left has a minimum
+            return at, left, K, "at rest" if np.abs(left).max(initial=0.0) <= ROUNDING * balance.size(at) else "not found"
+        at, left, K = found
+    return at, left, K, "steps"
+
+
 def _shorter(balance: _Balance, at: Array, left: Array, step: Array) -> tuple[Array, Array, Array] | None:
     """Where less is left, along a step or a part of it: pose, efforts, stiffness.  A step ends where a force element has no force, too."""
-    for _ in range(30):
+    for _ in range(HALVES):
         try:
             other = balance.moved(at, step)
             rest, K = balance.at(other)
@@ -72,8 +72,8 @@ class _Balance:
     external: External | None
     axes: ExternalAxes
 
-    def independent(self, q: Array) -> Array:
-        return self.model.independent(q) if self.model.loops else np.arange(self.model.nv)
+    def independent(self, q: Array) -> NDArray[np.intp]:
+        return self.model.independent(q) if self.model.loops else np.arange(self.model.nv, dtype=np.intp)
 
     def at(self, q: Array) -> tuple[Array, Array]:
         """(n), (n, n): efforts that are left, and the stiffness of the pose."""
@@ -99,7 +99,6 @@ class _Balance:
         return closed.q
 
     def size(self, q: Array) -> float:
-        """The largest effort that takes part, which rounding is relative to."""
-        tree = self.model.without_loops() if self.model.loops else self.model
-        rest = np.zeros(self.model.nv)
-        return float(max(np.abs(self.tau).max(initial=0.0), np.abs(tree.inverse_dynamics(q, rest, rest)).max(initial=0.0)))
+        """The efforts that weight and stiffness are of, which rounding is relative to, N m or N."""
+        weight = self.model.mass * float(np.linalg.norm(self.model.gravity)) * max(1.0, float(np.ptp(self.model.frame_poses(q)[:, :3, 3], axis=0).max()))
+        return float(max(np.abs(self.tau).max(initial=0.0), weight, np.abs(self.at(q)[1]).max(initial=0.0)))

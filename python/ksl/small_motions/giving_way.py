@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.mechanism.states import Array
@@ -89,12 +90,12 @@ def _unit(columns: Array) -> Array:
     return columns / np.where(length > 0, length, 1.0)
 
 
-def _lies_in(columns: Array, span: Array) -> Array:
+def _lies_in(columns: Array, span: Array) -> NDArray[np.bool_]:
     """Which columns are combinations of those of a span."""
     unit = _unit(columns)
     basis = _unit(span)
     rest = unit - basis @ np.linalg.lstsq(basis, unit, rcond=ZERO)[0] if basis.shape[1] else unit
-    inside: Array = np.linalg.norm(rest, axis=0) < ZERO
+    inside: NDArray[np.bool_] = np.linalg.norm(rest, axis=0) < ZERO
     return inside
 
 

@@ -86,7 +86,7 @@ Row = tuple[float, Array, Array]
 
 
 def _output(model: Calls, about: Tangent, name: str) -> Row:
-    """Of the name of a column: JOINT, JOINT.v, JOINT.a, or JOINT.fx … .tz."""
+    """The output that a column names: JOINT, JOINT.v, JOINT.a, or JOINT.fx … .tz."""
     known: dict[str, tuple[str, Joint, int]] = {}
     for joint in model.joints:
         if joint.one_coordinate:
@@ -97,7 +97,7 @@ def _output(model: Calls, about: Tangent, name: str) -> Row:
         role, joint, k = known[name]
         return _of_coordinate(model, about, role, joint, k)
     joint_name, dot, component = name.rpartition(".")
-    wrenches = [joint.name for joint in (*model.joints, *model.loops)]
+    wrenches = [*(joint.name for joint in model.joints), *model.loop_names]
     if component in WRENCH and joint_name in wrenches:
         return _of_wrench(model, about, joint_name, WRENCH.index(component))
     near = near_names(name, [*known, *(f"{joint}.{component or 'fx'}" for joint in wrenches)])

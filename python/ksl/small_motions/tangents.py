@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.states import Array
@@ -19,7 +20,7 @@ class Tangent:
     q: Array
     v: Array
     acceleration: Array
-    independent: Array
+    independent: NDArray[np.intp]
     """(n) Indices into v."""
     closed: Array
     """(nv, n): velocities by those of the independent coordinates."""
