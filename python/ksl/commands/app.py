@@ -36,7 +36,7 @@ GROUPS = {
     "Wrenches": {"--on", "--at", "--axes", "--order", "--joints"},
     "Results": {"--output", "--csv", "--xlsx", "--mcap", "--mat", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
     "Comparison": {"--with", "--states"},
-    "Page": {"--export", "--joint", "--case", "--port", "--browser"},
+    "Page": {"--export", "--mode", "--joint", "--case", "--port", "--browser"},
     "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro", "--package"},
     "Motion": {"--map", "--degrees", "--time-unit", "--smooth", "--resample", "--from", "--to", "--ignore-extra", "--topic", "--positions-only"},
 }

@@ -16,6 +16,7 @@ from ksl.commands.stiffness_option import StiffnessOfJoints
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
+    from ksl.small_motions.frequencies import Frequencies
 
 
 @app.command(cls=GroupedOptions)
@@ -30,6 +31,8 @@ def modes(
     count: Annotated[int, typer.Option("--count", metavar="N", help="So many frequencies, from the lowest.")] = 6,
     samples: Annotated[int, typer.Option("--samples", metavar="N", help="Of the motion, evenly spaced, at most.")] = 200,
     output: Annotated[Path | None, typer.Option("--output", "-o", parser=file_with_a_name, metavar="FILE.csv", help="A row for each pose: time, positions, frequencies in Hz.")] = None,
+    export: Annotated[Path | None, typer.Option("--export", metavar="FILE.html", help="Show the shape of a mode, of the pose with the lowest frequency, in a file that opens offline.")] = None,
+    mode: Annotated[int, typer.Option("--mode", metavar="N", help="Which one --export shows.")] = 1,
     payload: PointMasses = [],
     on_link: OnLinks = [],
     how: RobotOptions = RobotOptions(),
@@ -45,16 +48,31 @@ def modes(
     model = read_model(robot, how, payloads_given(payload, on_link))
     if stiffness is None:
         fail("modes needs stiffnesses: --stiffness FILE.toml, with a table [JOINT] for each joint that gives way; docs/modes.md")
+    read = [str(path) for path in (robot, motion, stiffness) if path is not None]
     try:
         found = frequencies(
             model, motion, pose=_positions(model, pose), grid=_grid(grid), stiffness=stiffness, count=count, samples=samples, reading=asdict(reading) if motion is not None else None,
         )  # fmt: skip
         if output is not None:
-            refuse_inputs([output], [str(path) for path in (robot, motion, stiffness) if path is not None])
+            refuse_inputs([output], read)
             found.write(output)
+        if export is not None:
+            refuse_inputs([export], read)
+            _export(found, export, mode)
     except (ValueError, OutputError) as e:
         fail(e)
-    print_modes(console(120), found, [] if output is None else [f"written to {output}"])
+    print_modes(console(120), found, [f"written to {path}" for path in (output, export) if path is not None])
+
+
+def _export(found: Frequencies, path: Path, mode: int) -> None:
+    from ksl.base.words import count as count_of
+    from ksl.viewer.export import export
+    from ksl.viewer.shape_scene import scene_of_shape
+
+    if not 0 < mode <= len(found.modes.frequencies):
+        fail(f"--mode {mode}: the pose has {count_of(len(found.modes.frequencies), 'mode')}; expected one of them, from 1 on")
+    title = f"mode {mode}, {found.modes.frequencies[mode - 1]:.4g} Hz"
+    export(scene_of_shape(found.model, found.q[found.lowest], found.modes.shapes[mode - 1], title), path, subtitle=title)
 
 
 def _positions(model: Model, given: list[str]) -> dict[str, Any] | None:
