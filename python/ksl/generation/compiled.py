@@ -26,7 +26,9 @@ _loaded: list[ctypes.CDLL] = []
 """Libraries stay loaded: a call on another thread may still run in one."""
 
 
-def compiled(model: Model, algorithms: Sequence[str], scalar: Literal["double", "float"], external: Sequence[str], compiler: str | None) -> Model:
+def compiled(
+    model: Model, algorithms: str | Sequence[str], scalar: Literal["double", "float"] = "double", external: Sequence[str] = (), compiler: str | None = None
+) -> Model:
     """See `ksl.Model.compile`."""
     if scalar not in ("double", "float"):
         raise ArgumentError(f"scalar={scalar!r}: expected double or float")
