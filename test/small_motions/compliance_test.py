@@ -92,11 +92,15 @@ def test_what_nothing_resists_is_named():
     b.add_joint("A", "continuous", "ground", "shaft", axis=(1, 0, 0))
     m = b.add_loop("B", "cylindrical", "ground", "shaft", at([0.4, 0, 0]), at([0.4, 0, 0]), axis=(1, 0, 0)).build(drives=[])
     pins = {"A": {"axial": 8e7, "radial": 1e8, "tilting": 0.0}, "B": {"radial": 1e8, "tilting": 0.0}}
-    with pytest.raises(ValueError, match="A: the stiffnesses leave a motion that nothing resists, under a load; give one of these joints a stiffness along its motion"):
+    with pytest.raises(
+        ValueError, match="A: the stiffnesses leave a motion that nothing resists, under a load; give one of these joints a stiffness along its motion"
+    ):
         m.compliance([0.1], "shaft", stiffness=pins)
     np.testing.assert_allclose(np.diag(m.with_drives(["A"]).compliance([0.0], "shaft", stiffness=pins))[:4], [1 / 8e7, 1e-8, 1e-8, 0], rtol=1e-12, atol=1e-24)
     with pytest.raises(ValueError, match="hinge: the stiffnesses leave"):
-        lid = ksl.Builder("lid").add_link("box").add_link("lid", 1.0, (0.1, 0, 0), np.eye(3)).add_joint("hinge", "revolute", "box", "lid", axis=(0, 1, 0)).build()
+        lid = (
+            ksl.Builder("lid").add_link("box").add_link("lid", 1.0, (0.1, 0, 0), np.eye(3)).add_joint("hinge", "revolute", "box", "lid", axis=(0, 1, 0)).build()
+        )
         lid.deflection([0.0], [0.0], [0.0], "lid", stiffness={"hinge": 0.0})
     with pytest.raises(ValueError, match="found 0; every stiffness is positive.*modes, compliance and deflection take zeros"):
         m.with_stiffness({"A": 0.0})

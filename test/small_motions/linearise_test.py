@@ -51,7 +51,9 @@ class Motion:
 def tree():
     b = ksl.Builder("tree").add_link("base", 2.0, (0.1, 0.02, 0.03), np.diag([0.1, 0.2, 0.15]))
     rng, parent = np.random.default_rng(0), "base"
-    for k, (kind, axes) in enumerate({"spherical": {}, "revolute": {"axis": (0.6, 0, 0.8)}, "universal": {"axis": (1, 0, 0), "axis2": (0, 1, 0)}, "planar": {"axis": (0, 0, 1)}}.items()):
+    for k, (kind, axes) in enumerate(
+        {"spherical": {}, "revolute": {"axis": (0.6, 0, 0.8)}, "universal": {"axis": (1, 0, 0), "axis2": (0, 1, 0)}, "planar": {"axis": (0, 0, 1)}}.items()
+    ):
         b.add_link(f"l{k}", 1 + 0.2 * k, rng.normal(size=3) * 0.2, np.diag([0.02, 0.03, 0.025]))
         b.add_joint(f"j{k}", kind, parent, f"l{k}", xyz=rng.normal(size=3) * 0.3, rpy=rng.normal(size=3), damping=0.1, **axes)
         parent = f"l{k}"

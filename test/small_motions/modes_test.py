@@ -149,7 +149,10 @@ def rotor():
 
 def test_a_shaft_on_bearings_that_tilt_freely_is_a_body_on_two_springs():
     k1, k2, axial = 1.2e8, 9e7, 8e7
-    given = {"A": {"axial": axial, "radial": k1, "tilting": 0.0}, "B": {"radial": k2, "tilting": 0.0, "axial": 1.0}}  # axial of a cylindrical joint is its motion
+    given = {
+        "A": {"axial": axial, "radial": k1, "tilting": 0.0},
+        "B": {"radial": k2, "tilting": 0.0, "axial": 1.0},
+    }  # axial of a cylindrical joint is its motion
     M, K = np.diag([12.0, 0.09]), np.array([[k1 + k2, -k1 * 0.14 + k2 * 0.26], [-k1 * 0.14 + k2 * 0.26, k1 * 0.14**2 + k2 * 0.26**2]])
     pair = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)) / (2 * np.pi)
     found = rotor().modes([0.4], stiffness=given, gravity=False)

@@ -73,7 +73,9 @@ class LinearModel:
         M = np.zeros((n + k + 1, n + k + 1))
         M[:n] = np.hstack([self.A, self.B, self.rate[:, None]]) * dt
         E = expm(M)
-        return LinearModel(E[:n, :n], E[:n, n:-1], self.C, self.D, E[:n, -1], self.coordinates, self.inputs, self.outputs, self.equilibrium, self.output, float(dt))
+        return LinearModel(
+            E[:n, :n], E[:n, n:-1], self.C, self.D, E[:n, -1], self.coordinates, self.inputs, self.outputs, self.equilibrium, self.output, float(dt)
+        )
 
     def state_space(self) -> Any:
         """The same as a `scipy.signal.StateSpace`, for lsim, bode, dlsim …; without chosen outputs, all states are.  Needs SciPy, of the extra `ksl[loads]`."""

@@ -99,6 +99,8 @@ def _given_way(body: Elastic, loads: Array) -> Array:
     if (np.abs(parts[weak]) > 1e-9 * most).any():
         pushed = np.flatnonzero(weak)[np.argmax(np.abs(parts[weak]).max(axis=1))]
         names = body.names(N @ (scale * V[:, pushed]))
-        raise ValueError(f"{', '.join(names)}: the stiffnesses leave a motion that nothing resists, under a load; give one of these joints a stiffness along its motion")
+        raise ValueError(
+            f"{', '.join(names)}: the stiffnesses leave a motion that nothing resists, under a load; give one of these joints a stiffness along its motion"
+        )
     found: Array = N @ (scale[:, None] * (V[:, ~weak] @ (parts[~weak] / values[~weak][:, None])))
     return found

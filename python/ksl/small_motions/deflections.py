@@ -52,7 +52,14 @@ class Deflections:
         k = int(np.argmax(distances[worst]))
         off, most = self.shares[worst][k], float(distances[worst][k])
         total = off.sum(axis=(0, 1))[:3]
-        parts = sorted(((float(off[j, p, :3] @ total) / most**2 if most > 0 else 0.0, f"{joint} {part}") for j, joint in enumerate(self.joints) for p, part in enumerate(PARTS)), reverse=True)
+        parts = sorted(
+            (
+                (float(off[j, p, :3] @ total) / most**2 if most > 0 else 0.0, f"{joint} {part}")
+                for j, joint in enumerate(self.joints)
+                for p, part in enumerate(PARTS)
+            ),
+            reverse=True,
+        )
         said = ", ".join(f"{name} {100 * share:.0f} %" for share, name in parts[:4] if share >= 0.01)
         of = f" of {self.cases[worst]}" if len(self.cases) > 1 else ""
         return f"{self.frame} is off by up to {1000 * most:.4g} mm, at {self.times[worst][k]:.6g} s{of}{f': {said}' if said else ''}"
@@ -70,7 +77,11 @@ def deflections(cases: Sequence[LoadCase], frame: str, stiffness: Mapping[str, S
         with in_file(stiffness):
             flexibilities_of(cases[0].model, given)  # judged here: other errors are not the file's
         return deflections(cases, frame, given)
-    found = [deflection(case.model, case.motion.q, case.motion.resolved_v, case.motion.resolved_a, frame, stiffness, case.external, by="joint") for case in cases]
+    found = [
+        deflection(case.model, case.motion.q, case.motion.resolved_v, case.motion.resolved_a, frame, stiffness, case.external, by="joint") for case in cases
+    ]
     has_share = np.any([shares.any(axis=(0, 2, 3)) for shares in found], axis=0)
     names = tuple(joint.name for joint, has in zip(cases[0].model.joints, has_share) if has)
-    return Deflections(frame, names, tuple(case.name for case in cases), tuple(case.motion.time for case in cases), tuple(shares[:, has_share] for shares in found))
+    return Deflections(
+        frame, names, tuple(case.name for case in cases), tuple(case.motion.time for case in cases), tuple(shares[:, has_share] for shares in found)
+    )

@@ -17,6 +17,7 @@ from ksl.small_motions.directions import Directions, cross, directions_of, float
 from ksl.small_motions.giving_way import ZERO
 from ksl.small_motions.second_derivatives import force_elements, gravity
 
+
 def flexibilities(model: Calls, stiffness: Mapping[str, Stiffness] | None) -> dict[str, Flexibility]:
     """How joints give way: those that are given, or else those of the model."""
     if stiffness is not None:

@@ -129,7 +129,9 @@ class _Poses(NamedTuple):
     doubts: tuple[str, ...]
 
 
-def _poses(model: Model, motion: Any, pose: Mapping[str, Any] | ArrayLike | None, grid: Mapping[str, Sequence[float]] | None, samples: int, reading: Mapping[str, Any]) -> _Poses:
+def _poses(
+    model: Model, motion: Any, pose: Mapping[str, Any] | ArrayLike | None, grid: Mapping[str, Sequence[float]] | None, samples: int, reading: Mapping[str, Any]
+) -> _Poses:
     if motion is not None:
         if pose is not None or grid is not None:
             raise MotionError("motion with pose or grid: the motion says where all joints are; give one of them")
