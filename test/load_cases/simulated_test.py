@@ -179,7 +179,7 @@ def test_the_command_takes_what_loads_takes_of_files_and_of_the_robot():
     """All but what says how a motion is read, and where wrenches are wanted."""
     of_loads, of_simulate = (set(signature(command).parameters) for command in (loads, simulate))
     of_motions = {"smooth", "map", "degrees", "time_unit", "resample", "stop", "ignore_extra", "topic", "positions_only", "external"}
-    assert of_loads - of_simulate == of_motions | {"on", "at", "axes", "order", "joints", "paper", "fail_on"}
+    assert of_loads - of_simulate == of_motions | {"on", "at", "axes", "order", "joints", "paper", "fail_on", "deflection"}
 
 
 @pytest.mark.parametrize(("controller", "said"), [("none", "no drive has effort"), ("gravity", "the drives hold the weight alone"), ("pd", "")])

@@ -34,7 +34,7 @@ GROUPS = {
         "--until", "--from-time", "--velocity", "--controller", "--gains", "--brake-at", "--brake", "--dry-friction", "--bounce", "--rate", "--method", "--step",
     },
     "Wrenches": {"--on", "--at", "--axes", "--order", "--joints"},
-    "Results": {"--output", "--csv", "--xlsx", "--mcap", "--mat", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
+    "Results": {"--output", "--deflection", "--csv", "--xlsx", "--mcap", "--mat", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
     "Comparison": {"--with", "--states"},
     "Page": {"--export", "--mode", "--joint", "--case", "--port", "--browser"},
     "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro", "--package"},
