@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import DescriptionError, unknown_name
 from ksl.mechanism import given
+from ksl.mechanism.gear_classes import Of, along_motion
 from ksl.mechanism.requests import one_of
 
 if TYPE_CHECKING:
     from ksl.mechanism.mechanism import Joint, Loop, Mechanism
 
-Stiffness = ArrayLike | Mapping[str, float]
-"""One number, along the joint's motion; six numbers; a (6, 6) matrix; or a mapping with some of "axial", "radial", "tilting" and "motion"."""
+Stiffness = ArrayLike | Mapping[str, Any]
+"""One number, along the joint's motion; six numbers; a (6, 6) matrix; or a mapping with some of "axial", "radial", "tilting" and "motion", the last a number or
+classes as :mod:`ksl.mechanism.gear_classes` has them."""
 BEARING_KEYS = ("axial", "radial", "tilting", "motion")
 
 
@@ -64,8 +67,11 @@ class Flexibility(NamedTuple):
     """(6, directions) in which it gives way without resisting: those of zero stiffness."""
 
 
-def flexibilities_of(model: Mechanism, stiffness: Mapping[str, Stiffness]) -> dict[str, Flexibility]:
-    """How the joints that are named give way.  Raises ValueError that names the joint."""
+def flexibilities_of(model: Mechanism, stiffness: Mapping[str, Stiffness], efforts: Mapping[str, float] = MappingProxyType({}), of: Of = "slope") -> dict[str, Flexibility]:
+    """How the joints that are named give way.  Raises ValueError that names the joint.
+
+    efforts, of: at which efforts along their motions stiffnesses in classes are meant, zero by default, and which of their stiffnesses.
+    """
     joints: dict[str, Joint | Loop] = {joint.name: joint for joint in model.joints}
     joints |= {loop.name: loop for loop in model.loops}
     found: dict[str, Flexibility] = {}
@@ -75,18 +81,19 @@ def flexibilities_of(model: Mechanism, stiffness: Mapping[str, Stiffness]) -> di
             raise DescriptionError(unknown_name(model.name or model.file, "joint", joint, list(joints)))
         if joint in found:
             raise ValueError(f"stiffness of joint {joint}: it is given twice; give it once")
-        found[joint] = flexibility_of(joints[joint], x)
+        found[joint] = flexibility_of(joints[joint], x, efforts.get(joint, 0.0), of)
     return found
 
 
-def flexibility_of(of: Joint | Loop, stiffness: Stiffness) -> Flexibility:
-    """How a joint with this stiffness gives way.  Raises ValueError that names it."""
-    who = f"stiffness of joint {of.name}"
+def flexibility_of(joint: Joint | Loop, stiffness: Stiffness, effort: float = 0.0, of: Of = "slope") -> Flexibility:
+    """How a joint with this stiffness gives way at an effort along its motion.  Raises ValueError that names it."""
+    who = f"stiffness of joint {joint.name}"
     if isinstance(stiffness, Mapping):
-        return _of_bearing(who, stiffness, of)
+        motion = {"motion": along_motion(who, stiffness["motion"], effort, of)} if "motion" in stiffness else {}
+        return _of_bearing(who, {**stiffness, **motion}, joint)
     numbers = given.numbers(stiffness, who)
     if numbers.shape == ():
-        return _of_bearing(who, {"motion": float(numbers)}, of)
+        return _of_bearing(who, {"motion": float(numbers)}, joint)
     if numbers.shape == (6,):
         return _of_directions(who, np.eye(6), numbers)
     matrix = given.array(numbers, (6, 6), f"{who}, one number, six, or (6, 6)")
@@ -106,7 +113,7 @@ def _of_directions(who: str, directions: np.ndarray, stiffnesses: ArrayLike) -> 
     return Flexibility(springs @ np.diag(1 / k[resists]) @ springs.T, directions[:, ~resists])
 
 
-def _of_bearing(who: str, stiffness: Mapping[str, float], of: Joint | Loop) -> Flexibility:
+def _of_bearing(who: str, stiffness: Mapping[str, Any], of: Joint | Loop) -> Flexibility:
     for key in stiffness:
         one_of(key, f"{who} has key", *BEARING_KEYS)
     if of.axis is None or not any(of.axis):

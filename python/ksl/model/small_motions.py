@@ -23,7 +23,7 @@ class SmallMotions(Mechanism):
 
         q (nq): the pose under load, in which drives and preloaded springs hold the mechanism; loops are closed there.
         stiffness: {joint: …} as :meth:`with_stiffness` takes it, N/m and N m/rad, of any joint, fixed ones, `base` and those of loops too; 0 where nothing resists; by
-        default those of the model.  A joint that isn't named is rigid.  Along its motion a joint without a stiffness is locked where it has a motor
+        default those of the model.  Gears in classes have the slope at the torque of the weight.  A joint that isn't named is rigid.  Along its motion a joint without a stiffness is locked where it has a motor
         (all joints of a tree, the drives of other mechanisms), and free where it has none, as a floating base is.  Springs of joints and force elements
         count where physics names them, and so do armature and rotors.
         gravity: with the second derivative of the potential of weight, along the closed mechanism; a pose that falls if it is let go has negative ones.
@@ -70,7 +70,7 @@ class SmallMotions(Mechanism):
 
         q (…, nq), v and a (…, nv), external, external_axes: as in :meth:`inverse_dynamics`.  frame, stiffness, axes: as in :meth:`compliance`.
         by: "frame", the whole; "joint", the shares (…, joints, 2, 6) of all `joints`: [0] along their motions, of gears and drives, [1] else, of bearings.
-        Each joint gives way by minus its compliance times the wrench that it transmits; the wrenches are those of the rigid mechanism.
+        Gears in classes twist by the torque of each state.  Each joint gives way by minus its compliance times the wrench that it transmits; the wrenches are those of the rigid mechanism.
 
         Raises ValueError where nothing resists a wrench.  Dense algebra for each state: O(n³).
 

@@ -78,7 +78,8 @@ class Surgery(Calls):
         stiffness: {joint: …}, of the tree or of loops, with six numbers, N/m along x, y, z and N m/rad about them, of the joint's frame on
         the child's side, inf where it is rigid; or the (6, 6) matrix of a part that couples them, as a beam does; or, of a joint with an axis,
         a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing, and "motion", N m/rad or N/m, of the gear or drive of a
-        joint with one coordinate; or that number alone.  Along the joint's motion they have no effect on reactions.  Zeros, which would leave
+        joint with one coordinate; or that number alone; or a gear's in classes, {"stiffness": [K1, K2, K3], "effort": [T1, T2]}, of which the model keeps the
+        first, and a call with `stiffness=` takes that of the load.  Along the joint's motion they have no effect on reactions.  Zeros, which would leave
         reactions open, are for `stiffness=` of the three calls above.
 
             m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})

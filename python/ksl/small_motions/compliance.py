@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from ksl.base.finite_results import require_finite
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.gear_classes import has_classes
 from ksl.mechanism.loops import one_position
 from ksl.mechanism.requests import core_of, one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, argument_rows, items_of, leading_shape
-from ksl.mechanism.stiffness import Flexibility, Stiffness
+from ksl.mechanism.stiffness import Flexibility, Stiffness, flexibilities_of, steady_motion
 from ksl.small_motions.elastic import Elastic, elastic, falls, flexibilities
 
 Axes = Literal["frame", "world"]
@@ -27,7 +28,8 @@ WEAK = 1e-12
 def compliance(model: Calls, q: ArrayLike, frame: str, stiffness: Mapping[str, Stiffness] | None = None, axes: Axes = "frame") -> Array:
     """See :meth:`ksl.Model.compliance`."""
     link = model.frame_link(frame)
-    body = elastic(model, one_position(model, q), flexibilities(model, stiffness))
+    at = one_position(model, q)
+    body = elastic(model, at, flexibilities(model, stiffness, at))
     J = _twists(body, link, axes)
     C = J @ _given_way(body, J.T)
     return (C + C.T) / 2
@@ -52,9 +54,16 @@ def deflection(
     through = np.asarray(model.reactions(q, v, a, external, joints=names, external_axes=external_axes))
     poses = np.broadcast_to(arrays["q"], (*leading, model.nq)).reshape(math.prod(leading), model.nq)
     through = np.broadcast_to(through, (*leading, *through.shape[-2:])).reshape(len(poses), *through.shape[-2:])
-    out = np.array([_of_state(model, x, f, link, flexible, axes, by) for x, f in zip(poses, through)])
+    gears = stiffness if stiffness is not None and has_classes(stiffness) else None
+    at_load = (flexible if gears is None else flexibilities_of(model, gears, _efforts(model, f), "twist") for f in through)
+    out = np.array([_of_state(model, x, f, link, each, axes, by) for x, f, each in zip(poses, through, at_load)])
     shape = (6,) if by == "frame" else (len(model.joints), 2, 6)
     return out.reshape(*leading, *shape)
+
+
+def _efforts(model: Calls, through: Array) -> dict[str, float]:
+    """What joints with one coordinate transmit along their motions, of wrenches (joints and loops, 6)."""
+    return {joint.name: float((steady_motion(joint).T @ f)[0]) for joint, f in zip(model.joints, through) if joint.one_coordinate}
 
 
 def _of_state(model: Calls, q: Array, through: Array, link: int, flexible: Mapping[str, Flexibility], axes: Axes, by: By) -> Array:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.gear_classes import has_classes
 from ksl.mechanism.loops import SAME, length_of
 from ksl.mechanism.states import Array
 from ksl.mechanism.stiffness import Flexibility, Stiffness, all_compliances_of, flexibilities_of
@@ -18,10 +19,15 @@ from ksl.small_motions.giving_way import ZERO
 from ksl.small_motions.second_derivatives import force_elements, gravity
 
 
-def flexibilities(model: Calls, stiffness: Mapping[str, Stiffness] | None) -> dict[str, Flexibility]:
-    """How joints give way: those that are given, or else those of the model."""
+def flexibilities(model: Calls, stiffness: Mapping[str, Stiffness] | None, held_at: Array | None = None) -> dict[str, Flexibility]:
+    """How joints give way: those that are given, or else those of the model.
+
+    held_at (nq): a pose, whose weight is the load of gears in classes of torque; without one they are without load.
+    """
     if stiffness is not None:
-        return flexibilities_of(model, stiffness)
+        rest = np.zeros(model.nv)
+        tau = model.inverse_dynamics(held_at, rest, rest) if held_at is not None and has_classes(stiffness) else rest
+        return flexibilities_of(model, stiffness, {joint.name: float(tau[joint.v_index]) for joint in model.joints if joint.nv == 1})
     return {name: Flexibility(np.reshape(matrix, (6, 6)), np.zeros((6, 0))) for name, matrix in all_compliances_of(model).items()}
 
 

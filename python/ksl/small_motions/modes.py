@@ -24,8 +24,8 @@ ROUNDING = 64 * np.finfo(float).eps
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None = None, gravity: bool = True) -> Modes:
     """See :meth:`ksl.Model.modes`."""
-    at, flexible = one_position(model, q), flexibilities(model, stiffness)
-    weight = given.flag(gravity, "gravity") and bool(model.gravity.any())
+    at, weight = one_position(model, q), given.flag(gravity, "gravity") and bool(model.gravity.any())
+    flexible = flexibilities(model, stiffness, at if weight else None)
     if weight and (name := falls(model, flexible)):
         raise ValueError(f"{name} holds nothing, so that no pose is at rest under weight: gravity=False, a stiffness of {name}, or with_frozen_joints")
     body = elastic(model, at, flexible)
