@@ -158,3 +158,28 @@ def test_bad_input():
         m.linearise(q).discrete(-1)
     with pytest.raises(ValueError, match="the model is discrete"):
         m.linearise(q).discrete(0.1).discrete(0.1)
+
+
+ARM = """<mujoco><compiler angle="radian"/><worldbody><body pos="0 0 1"><joint name="j0" axis="0 1 0" damping="0.3"/><inertial pos="0.2 0.05 0" mass="3" diaginertia="0.02 0.05 0.05"/>
+<body pos="0.5 0 0" euler="0.3 0 0.2"><joint name="j1" type="slide" axis="1 0 0" damping="4" stiffness="200" springref="0.1"/><inertial pos="0.1 0 0.03" mass="2" diaginertia="0.01 0.03 0.03"/>
+<body pos="0.3 0 0"><joint name="j2" axis="0.6 0 0.8" armature="0.02"/><inertial pos="0.1 0.1 0" mass="1" diaginertia="0.01 0.01 0.02"/></body></body></body></worldbody></mujoco>"""
+
+
+def test_the_same_arm_in_mujoco(tmp_path):
+    """Central differences of its accelerations, about a moving state."""
+    mujoco = pytest.importorskip("mujoco")
+    (tmp_path / "arm.xml").write_text(ARM)
+    m = ksl.load(tmp_path / "arm.xml", physics=["damping", "spring", "armature"])
+    other = mujoco.MjModel.from_xml_string(ARM)
+    data = mujoco.MjData(other)
+    state = np.array([0.4, 0.05, -0.7, 0.6, -0.3, 1.1, 2.0, -5.0, 0.4])
+
+    def accelerations(x):
+        data.qpos[:], data.qvel[:], data.qfrc_applied[:] = np.split(x, 3)
+        mujoco.mj_forward(other, data)
+        return data.qacc.copy()
+
+    l = m.linearise(*np.split(state, 3))
+    differences = np.array([(accelerations(state + h) - accelerations(state - h)) / 2e-4 for h in 1e-4 * np.eye(9)]).T
+    np.testing.assert_allclose(l.rate[3:], accelerations(state), rtol=1e-10)
+    np.testing.assert_allclose(np.hstack([l.A[3:], l.B[3:]]), differences, atol=1e-7 * np.abs(differences).max())

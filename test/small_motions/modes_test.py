@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import ksl
 from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, at, four_bar
@@ -229,7 +230,66 @@ def test_massless_parts_that_nothing_holds_and_open_loops_are_refused():
         m.modes([0, 0], stiffness={"hinge": 5.0, "wrist": 0.0})
     held = m.modes([0, 0], stiffness={"hinge": 5.0, "wrist": 3.0}, gravity=False)  # a spring without mass follows
     np.testing.assert_allclose(held.frequencies, [hertz(5.0, 1.01)], rtol=1e-12)
+    r, C = np.array([0.3, 0.2, 0.1]), np.diag([1e-5, 2e-5, 3e-5, 1e-3, 2e-3, 3e-3])  # a point mass: turns about the line to it move nothing
+    point = ksl.Builder("point").add_link("ground").add_link("ball", 2.0, r, np.zeros((3, 3))).add_joint("weld", "fixed", "ground", "ball").build()
+    moved = np.hstack([np.eye(3), -np.cross(np.eye(3), r)])
+    wanted = np.sqrt(np.sort(1 / np.linalg.eigvalsh(moved @ C @ moved.T)) / 2.0) / (2 * np.pi)
+    np.testing.assert_allclose(point.modes([], stiffness={"weld": 1 / np.diag(C)}, gravity=False).frequencies, wanted, rtol=1e-10)
     with pytest.raises(ValueError, match="q: the loops are open by 0.*m.close"):
         four_bar().modes([0.3, 0, 0], stiffness={"A": 1.0})
     with pytest.raises(ValueError, match="expected one"):
         m.modes(np.zeros((2, 2)), stiffness={"hinge": 5.0})
+
+
+def test_joints_with_several_coordinates_turn_as_they_do():
+    """The potential's second derivatives of the compiled code: the first axis of a universal joint turns the second; a spherical joint's turns enter by their exponential."""
+    b, parent = ksl.Builder("tree").add_link("ground"), "ground"
+    rng = np.random.default_rng(3)
+    for k, (kind, axes) in enumerate(
+        {"universal": {"axis": (1, 0, 0), "axis2": (0, 1, 0)}, "spherical": {}, "helical": {"axis": (0.6, 0, 0.8), "pitch": 0.1}}.items()
+    ):
+        b.add_link(f"l{k}", 1 + 0.2 * k, rng.normal(size=3) * 0.2, np.diag([0.02, 0.03, 0.025]))
+        b.add_joint(f"j{k}", kind, parent, f"l{k}", xyz=rng.normal(size=3) * 0.3, rpy=rng.normal(size=3), **axes)
+        parent = f"l{k}"
+    b.add_link("door", 1.0, (0.1, 0, 0), np.eye(3)).add_joint("lower", "revolute", "ground", "door", axis=(0, 1, 0))  # with a loop joints may have no motors
+    m = b.add_loop("upper", "revolute", "ground", "door", axis=(0, 1, 0)).build(drives=[])
+    q, tree = m.random(1), m.without_loops()
+    K = tree.stiffness(q)
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(tree.mass_matrix(q), (K + K.T) / 2)).real)
+    found = m.modes(q, stiffness={}).frequencies
+    np.testing.assert_allclose(np.sign(found) * (2 * np.pi * found) ** 2, squares, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "universal", "spherical", "helical", "cylindrical", "planar"])
+@pytest.mark.parametrize("gives", [False, True], ids=["rigid", "compliant"])
+def test_a_body_that_floats_and_is_held_by_a_loop_hangs_as_on_the_joint(kind, gives):
+    """At rest, where no choice of coordinates matters."""
+    axes = (
+        {} if kind == "spherical" else {"axis": (0, 0.6, 0.8)} | ({"axis2": (1, 0, 0)} if kind == "universal" else {"pitch": 0.05} if kind == "helical" else {})
+    )
+    body = {"mass": 3.0, "center_of_mass": (0.1, 0.05, -0.3), "inertia": np.diag([0.1, 0.2, 0.15])}
+    frame = at([0.2, 0.1, 0.5], Rotation.from_euler("xyz", [0.3, -0.5, 0.8]).as_matrix())
+    gravity = frame[:3, :3] @ {"planar": [0, 6.0, 8.0], "spherical": [1, 2, -9]}.get(kind, [9.0, 0, 0])  # across slides, so that it hangs
+    tree = (
+        ksl.Builder("tree")
+        .add_link("ground")
+        .add_link("body", **body)
+        .add_joint("joint", kind, "ground", "body", pose=frame, **axes)
+        .build()
+        .with_gravity(gravity)
+    )
+    start = tree.integrate(tree.neutral(), np.full(tree.nv, 0.1))
+    q = start if kind == "planar" or gives else tree.equilibrium(start).q
+    pose = tree.frame_pose(q, "body")
+    b = ksl.Builder("loop").add_link("ground").add_link("body", **body).add_joint("free", "floating", "ground", "body")
+    closed = b.add_loop("joint", kind, "ground", "body", frame, np.eye(4), **axes).build(drives=[]).with_gravity(gravity)
+    floating = np.concatenate([pose[:3, 3], Rotation.from_matrix(pose[:3, :3]).as_quat()])
+    if gives:  # preloads would differ
+        stiff = {"joint": [5e5, 7e5, 6e5, 4e3, 3e3, 5e3]}
+        found, wanted = (m.modes(x, stiffness=stiff, gravity=False).frequencies for m, x in ((closed, floating), (tree, q)))
+    else:
+        found = closed.modes(floating, stiffness={}).frequencies
+        squares = np.sort(np.linalg.eigvals(np.linalg.solve(tree.mass_matrix(q), tree.stiffness(q))).real)
+        wanted = np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi)
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-6)
+    assert np.abs(found).max() > 0.1 or kind == "planar"

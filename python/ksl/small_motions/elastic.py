@@ -47,8 +47,10 @@ class Elastic:
         rows = np.vstack([np.zeros((0, n)), *(loop.rigid.T @ loop.displacement @ self.to.factors for loop in self.loops)])
         if not rows.any():
             return np.eye(n)
-        size = np.linalg.norm(rows, axis=0)
-        scale = 1 / np.where(size > 0, size, 1.0)
+        size, whole = np.linalg.norm(rows, axis=0), np.sqrt((self.to.column**2).sum(axis=0) @ self.to.factors**2)
+        counts = size > ZERO * whole  # what is below is rounding, and must not be scaled up
+        rows = rows * counts
+        scale = 1 / np.where(counts, size, whole)
         _, values, V = np.linalg.svd(rows * scale)
         return np.asarray(scale[:, None] * V[int((values > ZERO * values[0]).sum()) :].T)
 
@@ -98,19 +100,21 @@ class Elastic:
         return [loop.resists @ x for loop, x in zip(self.loops, np.split(found, ends))]
 
     @cached_property
-    def mass(self) -> Array:
-        """(n, n), of links and of what turns with joints, as physics says."""
+    def mass(self) -> tuple[Array, Array]:
+        """(n, n), of links and of what turns with joints, as physics says; and what its terms are before they cancel, which rounding is relative to."""
         d = len(self.to.joint)
-        M = np.zeros((d, d))
+        M, terms = np.zeros((d, d)), np.zeros((d, d))
         for i in range(len(self.model.links)):
             J = self.to.twists(i)
             M += J.T @ self.inertia[i] @ J
+            terms += np.abs(J.T) @ np.abs(self.inertia[i]) @ np.abs(J)
         for joint in self.model.joints:
             extra = ("armature" in self.model.physics) * joint.armature + ("rotor" in self.model.physics) * joint.rotor_inertia * joint.gear_ratio**2
             if extra:
                 rows = self.to.coordinate_rows[joint.name]
                 M += extra * rows.T @ rows
-        return self.to.factors.T @ M @ self.to.factors
+        L = self.to.factors
+        return L.T @ M @ L, np.abs(L.T) @ terms @ np.abs(L)
 
     @cached_property
     def inertia(self) -> Array:

@@ -20,6 +20,9 @@ from ksl.small_motions.elastic import Elastic, elastic, factors_of, falls, flexi
 ROUNDING = 64 * np.finfo(float).eps
 """Squares of frequencies below it, times their number and the largest, are zero."""
 
+NO_MASS = 1e-13
+"""Masses below it, relative to the terms that they are made of, are rounding."""
+
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None = None, gravity: bool = True) -> Modes:
@@ -29,8 +32,10 @@ def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None 
     if weight and (name := falls(model, flexible)):
         raise ValueError(f"{name} holds nothing, so that no pose is at rest under weight: gravity=False, a stiffness of {name}, or with_frozen_joints")
     body = elastic(model, at, flexible)
-    N = body.closed
-    K, M = N.T @ body.stiffness(model.gravity if weight else np.zeros(3)) @ N, N.T @ body.mass @ N
+    N, (mass, terms) = body.closed, body.mass
+    K, M = N.T @ body.stiffness(model.gravity if weight else np.zeros(3)) @ N, N.T @ mass @ N
+    carries = np.diag(M) > NO_MASS * np.einsum("ai,ab,bi->i", np.abs(N), terms, np.abs(N))
+    M = M * np.outer(carries, carries)
     for what, x in (("stiffness", K), ("mass", M)):
         require_finite("modes", what, x)
     squares, shapes = _solved(K, M, body, N)
@@ -44,11 +49,11 @@ def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None 
 
 def _solved(K: Array, M: Array, body: Elastic, N: Array) -> tuple[Array, Array]:
     """Squares of angular frequencies, rising, and shapes (n, modes) of unit modal mass.  What has no mass follows the rest without inertia."""
-    size = np.sqrt(np.maximum(np.diag(M), 0))
-    scale = 1 / np.where(size > 1e-12 * size.max(initial=0.0), size, np.sqrt(np.maximum(np.abs(np.diag(K)), 1e-300)))
+    size = np.sqrt(np.where(np.diag(M) > 0, np.diag(M), np.abs(np.diag(K))))
+    scale = 1 / np.where(size > 0, size, 1.0)
     K, M = K * np.outer(scale, scale), M * np.outer(scale, scale)
     values, V = np.linalg.eigh(M)
-    massive = values > 1e-13 * max(1.0, values.max(initial=0.0))
+    massive = values > NO_MASS * max(1.0, values.max(initial=0.0))
     Z, R = V[:, ~massive], V[:, massive]
     if Z.shape[1]:
         kzz = Z.T @ K @ Z
