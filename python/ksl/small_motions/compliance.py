@@ -86,7 +86,7 @@ def _of_state(model: Calls, q: Array, through: Array, link: int, flexible: Mappi
 
 def _twists(body: Elastic, link: int, axes: Axes) -> Array:
     """(6, n): of a link at its origin."""
-    J = body.to.twists(link) @ body.to.factors
+    J = body.to.twists[link] @ body.to.factors
     if one_of(axes, "axes", "frame", "world") == "world":
         R = body.to.pose[link, :3, :3]
         J = np.vstack([R @ J[:3], R @ J[3:]])

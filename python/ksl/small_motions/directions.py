@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +68,14 @@ class Directions:
         out: Array = self.moves[link][:, None] * (self.linear + np.cross(self.angular, point - self.origin))
         return out
 
-    def twists(self, link: int) -> Array:
-        """(6, d): twists of a link at its origin in its axes, linear first."""
-        R, p = self.pose[link, :3, :3], self.pose[link, :3, 3]
-        return np.vstack([R.T @ self.of_point(link, p).T, R.T @ (self.moves[link][:, None] * self.angular).T])
+    @cached_property
+    def twists(self) -> Array:
+        """(links, 6, d): of links at their origins in their axes, linear first."""
+        R, p = self.pose[:, :3, :3], self.pose[:, :3, 3]
+        moved = self.linear + np.cross(self.angular, p[:, None] - self.origin)
+        both = np.concatenate([np.einsum("lji,ldj->lid", R, moved), np.einsum("lji,dj->lid", R, self.angular)], axis=1)
+        out: Array = both * self.moves[:, None]
+        return out
 
 
 def directions_of(model: Calls, q: Array, flexible: Mapping[str, Flexibility]) -> Directions:

@@ -104,10 +104,9 @@ class Elastic:
         """(n, n), of links and of what turns with joints, as physics says; and what its terms are before they cancel, which rounding is relative to."""
         d = len(self.to.joint)
         M, terms = np.zeros((d, d)), np.zeros((d, d))
-        for i in range(len(self.model.links)):
-            J = self.to.twists(i)
-            M += J.T @ self.inertia[i] @ J
-            terms += np.abs(J.T) @ np.abs(self.inertia[i]) @ np.abs(J)
+        for J, inertia in zip(self.to.twists, self.inertia):
+            M += J.T @ inertia @ J
+            terms += np.abs(J.T) @ np.abs(inertia) @ np.abs(J)
         for joint in self.model.joints:
             extra = ("armature" in self.model.physics) * joint.armature + ("rotor" in self.model.physics) * joint.rotor_inertia * joint.gear_ratio**2
             if extra:

@@ -40,7 +40,7 @@ def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None 
         require_finite("modes", what, x)
     squares, shapes = _solved(K, M, body, N)
     frequencies = np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi)
-    twists = np.array([body.to.twists(i) @ body.to.factors @ shapes for i in range(len(model.links))])  # (links, 6, n)
+    twists = body.to.twists @ (body.to.factors @ shapes)  # (links, 6, n)
     participation = np.einsum("lin,lij,ljk->nk", twists, body.inertia, _of_the_ground(body)) if shapes.shape[1] else np.zeros((0, 6))
     names, strain = _strain(body, shapes)
     zero = tuple(body.names(shapes[:, k]) for k in np.flatnonzero(squares == 0))
