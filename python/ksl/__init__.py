@@ -141,6 +141,7 @@ _higher_rooms.FUNCTIONS.update(
         "deflection": "ksl.small_motions.compliance:deflection",
         "equilibrium": "ksl.small_motions.equilibrium:equilibrium",
         "linearise": "ksl.small_motions.linearise:linearise",
+        "free_bodies": "ksl.parts.of_state:free_bodies",
         "modes": "ksl.small_motions.modes:modes",
         "show": "ksl.viewer.live:show",
         "wrench_table": "ksl.load_cases.wrench_table:wrench_table",

@@ -70,7 +70,8 @@ def test_every_command_takes_such_names(folder):
             assert done.returncode == (2 if command in ("check", "compare") else 0), (command, given, done.stderr)
             if command == "info":
                 assert all(name in "".join(done.stdout.split()) for name in NAMES), command
-    from ksl.viewer.results_scene import read_results, scene_of_results
+    from ksl.load_cases.results_table import read_results
+    from ksl.viewer.results_scene import scene_of_results
 
     scene, notes = scene_of_results(ksl.load(folder / "robot.urdf"), read_results(folder / "results"))
     assert not notes and len(scene.time) > 10, "results are shown with the joints whose they are"

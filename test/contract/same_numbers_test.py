@@ -10,7 +10,8 @@ import pytest
 
 import ksl
 from ksl.report.numbers import format_number
-from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
+from ksl.load_cases.results_table import read_results
+from ksl.viewer.results_scene import scene_of_motion, scene_of_results
 from ksl_command import run_ksl
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

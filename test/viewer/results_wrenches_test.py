@@ -10,7 +10,8 @@ from ksl.base.errors import MotionError
 from ksl.mechanism.stiffness import compliances_of, rigid_beside
 from ksl.model.surgery import with_compliances
 from ksl.viewer.readout import Choice, wrench_at
-from ksl.viewer.results_scene import read_results, scene_of_results
+from ksl.load_cases.results_table import read_results
+from ksl.viewer.results_scene import scene_of_results
 from ksl.viewer.scene import make_scene
 
 TIME = np.linspace(0, 2, 81)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from ksl.load_cases.case_file import cases_of_text
 from ksl.robot_files.mesh_files import find_mesh
-from ksl.viewer.results_scene import read_results, scene_of_motion, scene_of_results
+from ksl.load_cases.results_table import read_results
+from ksl.viewer.results_scene import scene_of_motion, scene_of_results
 from ksl.viewer.scene import make_scene, resting_position, thinned
 from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified
 from ksl.viewer.visuals import appearance, inertia_ellipsoid

@@ -21,7 +21,7 @@ from ksl.commands.options import (
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
-    from ksl.viewer.results_scene import Results
+    from ksl.load_cases.results_table import Results
     from ksl.viewer.scene import Scene
 
 
@@ -52,7 +52,7 @@ def view(
     from ksl.base.errors import ViewerError
     from ksl.commands.print_notes import print_unused
     from ksl.output import OutputError, refuse_inputs
-    from ksl.viewer.results_scene import is_results, read_results
+    from ksl.load_cases.results_table import is_results, read_results
 
     if case and (motion is None or not is_results(motion)):
         fail(f"--case {case}: only results of `ksl loads` have load cases; give the folder that it has written")

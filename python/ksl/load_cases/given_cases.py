@@ -85,7 +85,7 @@ def with_payloads(model: Model, payloads: PayloadsGiven | None) -> tuple[Model, 
     points = payload_points(payloads)  # type: ignore[arg-type]  # it refuses what is no mapping
     for link, mass, center in points:
         model = with_body(model, link, mass, center)
-    return model, [Payload(model.link(link).name, mass, (x, y, z)) for link, mass, (x, y, z) in points]
+    return model, list(model.payloads)
 
 
 def one_case(

@@ -19,8 +19,8 @@ from ksl.load_cases.placement import Placement as Placement
 from ksl.load_cases.reaction_joints import reaction_joints
 from ksl.load_cases.undetermined import Undetermined, undetermined
 from ksl.mechanism.calls import Calls
-from ksl.mechanism.lengths import Carried
 from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.payload import Payload as Payload
 from ksl.mechanism.states import Array
 from ksl.motions.closed_motion import check_drives
 from ksl.motions.motion import Motion
@@ -29,27 +29,6 @@ ALWAYS, NEVER = -math.inf, math.inf
 """Times from which on brakes supply efforts."""
 BLOCK_ROWS = 1 << 17
 """Rows of the table that are computed and written at a time."""
-
-
-@dataclass(frozen=True)
-class Payload:
-    """A body fixed to a link, which the model of a load case carries already."""
-
-    link: str
-    mass: float
-    """kg."""
-    center: tuple[float, float, float]
-    """The centre of mass, in the link's frame, m."""
-    inertia: tuple[float, ...] | None = None
-    """About the centre of mass, in the link's axes, kg m²: nine numbers, by rows; None for a point mass."""
-
-    @property
-    def carried(self) -> Carried:
-        """As lengths are judged without it."""
-        return self.link, self.mass, self.center, sum((self.inertia or (0.0,))[::4])
-
-    def __str__(self) -> str:
-        return f"{self.mass:g} kg on {self.link} at ({', '.join(f'{x:g}' for x in self.center)}) m"
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl.mechanism.payload import Carried as Carried
+
 if TYPE_CHECKING:
     from ksl.mechanism.calls import Calls
 
@@ -17,9 +19,6 @@ ROUND_OFF = 1e-9
 """A share of a link's mass, and of its moments: what is left of them without payloads is round-off up to there."""
 HEAVY_GRAVITY = 1000.0
 """m/s²; that of the earth is 9807 mm/s², and that of the moon 1625."""
-
-Carried = tuple[str, float, Sequence[float], float]
-"""A body on a link: the link, mass in kg, centre in the link's frame in m, and the sum of its principal moments about it, kg m², 0 for a point mass."""
 
 
 def extent(model: Calls, carried: Iterable[Carried] = ()) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ from ksl.base.printable import sentence
 from ksl.base.words import count
 from ksl.mechanism.core_sentences import unused_of_core, warnings_of_core
 from ksl.mechanism.joint_kinds import Kind
+from ksl.mechanism.payload import Payload
 from ksl.mechanism.states import Array, argument, in_order
 
 
@@ -188,7 +189,7 @@ def _read_only(x: Array) -> Array:
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
-    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = ()) -> None:
+    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = (), payloads: tuple[Payload, ...] = ()) -> None:
         self._core = core
         self.inputs: tuple[InputFile, ...] = inputs
         """The files that it was read from, with the hashes of what was read: the robot's, those that it includes, meshes that give inertia."""
@@ -231,6 +232,9 @@ class Mechanism:
         self._children = children
         self._frame_index = {name: link for name, link in (self._link_index | children).items() if self._is_one_frame(name, link)}
         self._carrying = {joint.child: joint for joint in self.joints}
+        named = [replace(payload, link=name_among(self._link_index, payload.link, "link")) for payload in payloads]
+        self.payloads: tuple[Payload, ...] = tuple(payload for payload in named if payload.link in self._link_index)
+        """Bodies on links that are no part of them: what `payloads=` and :meth:`with_payload` added.  The inertias of `links` include them."""
         self._complete = True
 
     @cached_property

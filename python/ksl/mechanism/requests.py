@@ -18,6 +18,7 @@ from ksl.base.files_read import InputFile
 from ksl.base.printable import sentence
 from ksl.base.real_arrays import real_array
 from ksl.mechanism.mechanism import Mechanism
+from ksl.mechanism.payload import Payload
 from ksl.mechanism.states import Point
 
 T = TypeVar("T", str, int)
@@ -37,10 +38,10 @@ _ANGULAR_FIRST = _core.Links([], angular_first=True)
 class Requests(Mechanism):
     """A mechanism with a cache of its requests."""
 
-    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = ()) -> None:
+    def __init__(self, core: _core.Model, inputs: tuple[InputFile, ...] = (), payloads: tuple[Payload, ...] = ()) -> None:
         self._requests: dict[tuple[object, ...], _core.Request] = {}
         self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
-        super().__init__(core, inputs)
+        super().__init__(core, inputs, payloads)
 
     def _links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
         """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""

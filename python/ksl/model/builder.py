@@ -13,6 +13,7 @@ from ksl.base.errors import DescriptionWarning
 from ksl.mechanism import given
 from ksl.mechanism.joint_kinds import AnyKind, names_with
 from ksl.model.model import Model
+from ksl.mechanism.payload import point_masses
 from ksl.mechanism.requests import one_of, three_numbers
 
 DHRow = Mapping[str, Any] | Sequence[Any]
@@ -213,10 +214,11 @@ class Builder:
         floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
         if drives is not None:
             self._core.set_drives(*given.drives(drives))
-        core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None, given.physics(physics, friction_width))
+        points = given.payload_points(payloads)
+        core = self._core.build(floating_base, strict, own, points, masses is not None, given.physics(physics, friction_width))
         for line in core.warnings:
             warnings.warn(line, DescriptionWarning, stacklevel=2)
-        return Model(core)
+        return Model(core, payloads=point_masses(points))
 
 
 def _options(

@@ -15,6 +15,7 @@ from ksl.base.files_read import InputFile, note, state_of
 from ksl.base.higher_rooms import function_of
 from ksl.mechanism import given
 from ksl.mechanism.inverse_kinematics import InverseKinematicsCalls
+from ksl.mechanism.payload import Payload, point_masses
 from ksl.mechanism.requests import one_of
 from ksl.simulation.simulate import SimulationCalls
 from ksl.mechanism.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
@@ -58,6 +59,35 @@ class ShownModel(Protocol):
         """Stops the server; pages that are open stay without one."""
 
 
+class PartWrench(Protocol):
+    """What acts on a free body at a point, for type checkers (`ksl.parts.free_body.PartWrench`)."""
+
+    name: str
+    kind: str
+    point: Array
+    wrench: Array
+    undetermined: Any
+
+
+class FreeBody(Protocol):
+    """What :meth:`Model.free_bodies` returns for each link, for type checkers (`ksl.parts.free_body.FreeBody`)."""
+
+    link: str
+    links: tuple[str, ...]
+    gravity: Array
+    inertia: Array
+    acceleration: Array
+    angular_velocity: Array
+    angular_acceleration: Array
+
+    @property
+    def wrenches(self) -> Sequence[PartWrench]: ...
+    @property
+    def complete(self) -> bool: ...
+    @property
+    def residual(self) -> Array: ...
+
+
 class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
     """A mechanism, immutable.  Made by :func:`load`, by :class:`ksl.Builder`, or from another model by one of its methods.
 
@@ -67,14 +97,14 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
     """
 
     def __init__(
-        self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None, inputs: tuple[InputFile, ...] = ()
-    ) -> None:
+        self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None, inputs: tuple[InputFile, ...] = (), payloads: tuple[Payload, ...] = ()
+    ) -> None:  # fmt: skip
         if not isinstance(core, _core.Model):
             given_too = f"({core!r})" if isinstance(core, (str, os.PathLike)) else "(path)"
             said = f"ksl.load{given_too} reads a robot file, ksl.load_string(text) its contents, and ksl.Builder describes a robot in a program"
             raise TypeError(f"ksl.Model is not called with {type(core).__name__}: {said}")
         self._arguments, self._layout = arguments, layout
-        super().__init__(core, inputs)
+        super().__init__(core, inputs, payloads)
 
     if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 
@@ -87,8 +117,8 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
             known = [own for own in (*dir(type(self)), *self.__dict__) if not own.startswith("_")]
             raise AttributeError(unknown_call("a ksl.Model", "m", name, known))
 
-    def _made(self, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> Model:
-        return Model(core, inputs=self.inputs if inputs is None else inputs)
+    def _made(self, core: _core.Model, inputs: tuple[InputFile, ...] | None = None, payloads: tuple[Payload, ...] | None = None) -> Model:
+        return Model(core, inputs=self.inputs if inputs is None else inputs, payloads=self.payloads if payloads is None else payloads)
 
     def __copy__(self) -> Model:
         return self
@@ -98,7 +128,7 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
 
     def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
         if self._arguments is None:
-            return _rebuilt, (self._core.state(), self._layout, self.inputs)
+            return _rebuilt, (self._core.state(), self._layout, self.inputs, self.payloads)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -126,7 +156,7 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
 
             tau = m.with_physics(["damping", "friction"]).inverse_dynamics(q, v, a)
         """
-        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout, inputs=self.inputs)
+        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout, inputs=self.inputs, payloads=self.payloads)
 
     def effort_part(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None,
@@ -232,6 +262,25 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         """
         return cast("ArrowTable", function_of("wrench_table")(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order))
 
+    def free_bodies(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, welded: Literal["together", "apart"] = "together",
+        external_axes: ExternalAxes = "link",
+    ) -> Mapping[str, FreeBody]:  # fmt: skip
+        """Each link with everything that acts on it, {link: free body}: a self-equilibrated load case of the part that it is.
+
+        q (nq), v and a (nv), external, external_axes: of one state, as in :meth:`inverse_dynamics`.
+        welded: links that are welded are one body "together", under the name of the topmost; "apart" each is one, and the welds are joints.
+
+        A free body (`ksl.parts.free_body.FreeBody`) has `wrenches`, each with name, kind, point and wrench: of joints, also those that close loops,
+        payloads, external wrenches and force elements; `gravity` and `inertia` of the body itself; its acceleration, angular velocity and
+        angular acceleration; `residual`, their sum, which is round-off; and `complete`, false where rigid bodies leave components open.
+        Springs and drives of joints are inside the joint's wrench.  All is in the link's axes, N, N m, m; moments are about each wrench's point.
+        O(links).  :func:`ksl.free_bodies` chooses instants of a motion.
+
+            on = m.free_bodies(q, v, a)["forearm_link"].wrenches
+        """
+        return cast("Mapping[str, FreeBody]", function_of("free_bodies")(self, q, v, a, external, welded, external_axes))
+
     def show(
         self,
         q: ArrayLike | None = None,
@@ -277,11 +326,11 @@ def sealed(model: Model) -> tuple[str, bytes]:
 
     state = model._core.state()
     said = hashlib.sha256(repr(state).encode()).hexdigest()
-    return said, pickle.dumps(_rebuilt(state, model._layout), protocol=4)
+    return said, pickle.dumps(_rebuilt(state, model._layout, payloads=model.payloads), protocol=4)
 
 
-def _rebuilt(state: list[Any], layout: Layout | None = None, inputs: tuple[InputFile, ...] = ()) -> Model:
-    return Model(_core.Model.from_state(state), layout=layout, inputs=inputs)
+def _rebuilt(state: list[Any], layout: Layout | None = None, inputs: tuple[InputFile, ...] = (), payloads: tuple[Payload, ...] = ()) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout, inputs=inputs, payloads=payloads)
 
 
 def hashed(file: str, contents: bytes) -> tuple[InputFile, ...]:
@@ -297,7 +346,7 @@ def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
     """Loads the model of a pickle, without warnings, which were given when it was first loaded."""
     name = os.fsencode(arguments[0])
     contents = _core.file_bytes(name)
-    model = Model(_core.load_text(contents, name, *arguments[1:]), arguments, inputs=hashed(arguments[0], contents))
+    model = Model(_core.load_text(contents, name, *arguments[1:]), arguments, inputs=hashed(arguments[0], contents), payloads=point_masses(arguments[5]))
     if model._fingerprint() != fingerprint:
         raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")
     return model

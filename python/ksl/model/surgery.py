@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -20,6 +21,7 @@ from ksl.mechanism import given
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.closed_reactions import Request, reactions_derivatives
 from ksl.mechanism.lengths import extent, far_inertia, far_point, strong_gravity
+from ksl.mechanism.payload import Payload, payload_of
 from ksl.mechanism.requests import one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
 from ksl.mechanism.stiffness import Stiffness, flexibilities_of
@@ -34,8 +36,8 @@ class Surgery(Calls):
     base are kept unless a method says otherwise.
     """
 
-    def _made(self: S, core: _core.Model, inputs: tuple[InputFile, ...] | None = None) -> S:
-        """A model of the same class that was not read from a file."""
+    def _made(self: S, core: _core.Model, inputs: tuple[InputFile, ...] | None = None, payloads: tuple[Payload, ...] | None = None) -> S:
+        """A model of the same class that was not read from a file, with the payloads of this one unless others are given."""
         raise NotImplementedError
 
     def with_root(self: S, link: str) -> S:
@@ -151,7 +153,8 @@ class Surgery(Calls):
         placed = given.pose(pose, "pose", parent_link)
         core = self._core.merged(other._core, link, placed, given.name(prefix, "prefix"))
         self._warn(far_point("pose of merged: it is", placed[3:12:4], max(extent(self), extent(other)), f"the origin of {parent_link}"))
-        return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))))
+        carried = (*self.payloads, *(replace(payload, link=f"{prefix}{payload.link}") for payload in other.payloads))
+        return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))), carried)
 
     def subtree(self: S, link: str, loops: Literal["refuse", "drop"] = "refuse") -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
@@ -184,7 +187,10 @@ class Surgery(Calls):
         """
         others = given.mapping(parameters, "parameters", "{link: (mass, centre of mass, inertia) or ten numbers}")
         inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in others]
-        return self._with_core(self._core.with_inertias(inertias))
+        made = self._with_core(self._core.with_inertias(inertias))
+        replaced = {self.link(link).name for link, _ in others}
+        made.__dict__["payloads"] = tuple(payload for payload in self.payloads if payload.link not in replaced)
+        return made
 
     def with_gravity(self: S, gravity: ArrayLike) -> S:
         """The same robot under another gravity (3), m/s² in world axes: on a wall or a ceiling, or on another planet.
@@ -224,7 +230,8 @@ class Surgery(Calls):
 
     def _with_body(self: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> S:
         body = given.mass(f"payload on {link}", mass, center_of_mass, inertia)
-        return self._made(self._core.with_payload(self._plain(given.name(link, "link"), "link"), body))
+        carrier = self._plain(given.name(link, "link"), "link")
+        return self._made(self._core.with_payload(carrier, body), payloads=(*self.payloads, payload_of(carrier, body)))
 
 
 def with_body(model: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> S:

@@ -131,7 +131,7 @@ def _model(mj: Any, file: str, options: ReadOptions, said: list[str], inputs: tu
     except ValueError as e:
         fault = ValueError("a name in it is not UTF-8; save the file in UTF-8, or give other names") if isinstance(e, UnicodeDecodeError) else e
         raise DescriptionError(with_file(file, fault)) from None
-    return Model(core, layout=reader.layout, inputs=inputs)
+    return Model(core, layout=reader.layout, inputs=inputs, payloads=options.carried)
 
 
 class _Reader:

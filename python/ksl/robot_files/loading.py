@@ -164,7 +164,7 @@ def _closed(loaded: Model, beside: LoopsFile | None, drives: given.Drives | None
 
 def _as(loaded: Model, core: _core.Model, *inputs: InputFile) -> Model:
     """Another mechanism of the same files.  Its pickle contains all that it is made of."""
-    return Model(core, layout=layout_of(loaded), inputs=(*loaded.inputs, *inputs))
+    return Model(core, layout=layout_of(loaded), inputs=(*loaded.inputs, *inputs), payloads=loaded.payloads)
 
 
 def _read(file: str, text: bytes | None, options: ReadOptions) -> Model:
@@ -180,7 +180,9 @@ def _read(file: str, text: bytes | None, options: ReadOptions) -> Model:
         return _of_one_model(mjcf._load, options, file, text, contents)
     of_core = options.of_core()
     made = _core.load_text(contents, os.fsencode(file), *of_core)
-    return Model(made, (os.path.abspath(file), *of_core), inputs=hashed(file, contents)) if text is None else Model(made)
+    if text is not None:
+        return Model(made, payloads=options.carried)
+    return Model(made, (os.path.abspath(file), *of_core), inputs=hashed(file, contents), payloads=options.carried)
 
 
 def _of_one_model(reader: Callable[..., Model], options: ReadOptions, file: str, *contents: bytes | None) -> Model:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from ksl.mechanism import given
+from ksl.mechanism.payload import Payload, point_masses
 from ksl.mechanism.requests import one_of, three_numbers
 
 Mimic: TypeAlias = Literal["coupled", "independent"]
@@ -66,6 +67,10 @@ class ReadOptions:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)  # of a frozen class, while it is made
+
+    @property
+    def carried(self) -> tuple[Payload, ...]:
+        return point_masses(self.points)
 
     def of_builder(self) -> _OfBuilder:
         """What builders take after `floating_base`, which readers in Python judge themselves."""

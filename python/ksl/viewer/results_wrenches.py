@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.load_cases.results_table import JointWrench
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.requests import WORLD
 from ksl.mechanism.states import Array, offset_in
@@ -15,24 +16,8 @@ from ksl.mechanism.states import Array, offset_in
 if TYPE_CHECKING:
     from ksl.viewer.scene import Scene
 
-COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
-WRENCH = (*COMPONENTS, *(f"constraint_{c}" for c in COMPONENTS))
-PLACEMENT = ("on", "at", "axes")
 DIFFERENT = 1e-6
 """Wrenches of the table that differ by more than this share of the largest are not those of the robot, payloads and wrenches at hand."""
-
-
-@dataclass(frozen=True)
-class JointWrench:
-    """The wrench of one joint, as the table expresses it."""
-
-    total: Array
-    """(n, 6)."""
-    constraint: Array
-    """(n, 6)."""
-    on: str
-    at: str
-    axes: str
 
 
 def with_wrenches(scene: Scene, wrenches: dict[str, JointWrench], effort: dict[str, Array], compare: bool) -> tuple[Scene, list[str]]:

@@ -115,7 +115,7 @@ def _model(file: str, read: _Machine, options: ReadOptions) -> Model:
         stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)")
     core_of_builder(builder).read_from(file, stage.unused, stage.said)
     core = core_of_builder(builder).build(False, *options.of_builder())
-    return Model(core, inputs=_inputs(file, stage.stage))
+    return Model(core, inputs=_inputs(file, stage.stage), payloads=options.carried)
 
 
 def _read(opened: object, independent: bool, trap: _Trap) -> _Machine:
