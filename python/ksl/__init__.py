@@ -10,7 +10,8 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 What there is for users; help(ksl.load) and the like say more:
 
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
-    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; frequencies; check: Findings of one Finding each;
+    jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; frequencies; free_bodies: load cases of parts;
+                  check: Findings of one Finding each;
                   compare: a Comparison with other libraries; generate: plain C of one robot
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
@@ -60,6 +61,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.model.model import Model as Model
     from ksl.motions.efforts import read_efforts as read_efforts
     from ksl.motions.reading import read_motion as read_motion
+    from ksl.parts.compute_free_bodies import free_bodies as free_bodies
     from ksl.report.compute_loads import compute_loads as compute_loads
     from ksl.report.hold_pose import hold as hold
     from ksl.report.loads_run import Run as Run
@@ -105,6 +107,7 @@ _MODULE_OF = {
     "compare": "ksl.comparison.compare_robot",
     "compute_loads": "ksl.report.compute_loads",
     "frequencies": "ksl.small_motions.frequencies",
+    "free_bodies": "ksl.parts.compute_free_bodies",
     "generate": "ksl.generation.generate",
     "hold": "ksl.report.hold_pose",
     "load": "ksl.robot_files.loading",

@@ -117,9 +117,7 @@ def _print_notes(scene: Scene) -> None:
 
 def _model(robot: Path, results: Results | None, how: RobotOptions) -> Model:
     """The robot, with what results say of it where no option does."""
-    import numpy as np
-
-    from ksl.model.surgery import with_compliances
+    from ksl.load_cases.results_model import as_described, loops_of
 
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
     of_results = replace(
@@ -130,25 +128,13 @@ def _model(robot: Path, results: Results | None, how: RobotOptions) -> Model:
         model_name=how.model_name or options.get("model") or "",
         physics=how.physics or ",".join(made.get("physics", [])),
         friction_width=float(options.get("friction_width") or how.friction_width) if how.friction_width == DEFAULT_FRICTION_WIDTH else how.friction_width,
-        loops=how.loops or (_loops_of(results) if results else ""),
+        loops=how.loops or (loops_of(results) if results else ""),
         drives=how.drives or ",".join(made.get("drives", [])),
         xacro=options.get("xacro") if how.xacro is None else how.xacro,
         package=how.package or list(options.get("package") or []),
     )
     model = read_model(robot, of_results)
-    for p in made.get("payloads", []):
-        model = model.with_payload(p["link"], float(p["mass"]), p["center"], np.reshape(p["inertia"], (3, 3)) if "inertia" in p else None)
-    if made.get("drive_weights") and list(model.drives or ()) == made["drives"]:
-        model = model.with_drives(dict(zip(made["drives"], made["drive_weights"], strict=True)))
-    return with_compliances(model, made["compliance"]) if made.get("compliance") else model
-
-
-def _loops_of(results: Results) -> str:
-    """The file of the joints that close loops, or that those of the robot's file were cut."""
-    if results.made_by.get("options", {}).get("loops") == "cut":
-        return "cut"
-    files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "loops"]
-    return str(Path(str(results.made_by.get("directory", ""))) / files[0]) if files else ""
+    return as_described(model, made)
 
 
 def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:

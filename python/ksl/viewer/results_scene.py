@@ -33,12 +33,10 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
     Wrenches and efforts are those of the table.  They are compared with what the robot at hand gives; where the table holds some joints alone,
     those of others are computed, and robots that differ are refused.  Raises MotionError.
     """
-    notes: list[str] = []
     time, q, v, a = motion_of_results(model, results)
-    external, not_shown = external_of_results(model, results, time)
-    notes += not_shown
+    external, why_none = external_of_results(model, results, time)
     scene = scene_of_motion(model, time, q, v, a, external, package_paths)
     kept = scene.samples
     wrenches = {name: replace(w, total=w.total[kept], constraint=w.constraint[kept]) for name, w in results.wrenches.items()}
-    scene, differ = with_wrenches(scene, wrenches, {name: x[kept] for name, x in results.effort.items()}, not not_shown)
-    return scene, [*notes, *differ]
+    scene, differ = with_wrenches(scene, wrenches, {name: x[kept] for name, x in results.effort.items()}, not why_none)
+    return scene, [*([f"external wrenches of the load case are not shown, since {why_none}"] if why_none else []), *differ]

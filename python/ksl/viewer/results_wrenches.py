@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.base.errors import MotionError
+from ksl.load_cases.results_model import DIFFERENT
 from ksl.load_cases.results_table import JointWrench
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.requests import WORLD
@@ -16,8 +17,6 @@ from ksl.mechanism.states import Array, offset_in
 if TYPE_CHECKING:
     from ksl.viewer.scene import Scene
 
-DIFFERENT = 1e-6
-"""Wrenches of the table that differ by more than this share of the largest are not those of the robot, payloads and wrenches at hand."""
 
 
 def with_wrenches(scene: Scene, wrenches: dict[str, JointWrench], effort: dict[str, Array], compare: bool) -> tuple[Scene, list[str]]:

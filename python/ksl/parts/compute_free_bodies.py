@@ -1,0 +1,147 @@
+"""`ksl.free_bodies`: load cases of parts, from a run or from results."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal
+
+import numpy as np
+
+from ksl.base.errors import ArgumentError, name_among, of_argument, unknown_name
+from ksl.load_cases.computed_cases import ComputedCases
+from ksl.load_cases.provenance import versions
+from ksl.mechanism import given
+from ksl.mechanism.requests import names_in_order, one_of
+from ksl.mechanism.states import Array
+from ksl.parts.bodies import Welded
+from ksl.parts.cases import FreeBodyCase, FreeBodyCases
+from ksl.parts.instants import Chosen, Factors, Section, at_peaks, at_times, of_hull, of_sections, of_stress
+from ksl.parts.sources import Moved, Results, moved_of
+
+Instants = Literal["peaks", "hull"]
+
+
+def free_bodies(
+    results: Results,
+    times: Iterable[float] | None = None,
+    *,
+    instants: Instants | None = None,
+    joints: Iterable[str] | None = None,
+    links: Iterable[str] | None = None,
+    stress: Mapping[str, Factors] | None = None,
+    sections: Mapping[str, Sequence[Section]] | None = None,
+    most: int | None = None,
+    frames: Mapping[str, given.PoseLike] | None = None,
+    welded: Welded = "together",
+    cases: Sequence[str] | None = None,
+    robot: str | os.PathLike[str] | None = None,
+) -> FreeBodyCases:
+    """Self-equilibrated load cases of parts: each link with everything that acts on it, at chosen instants of motions.
+
+    results: a run of :func:`ksl.compute_loads`, or the folder that `ksl loads` has written.  cases: load cases by name; all by default.
+    robot: the robot's file, where results name one that has moved since.
+
+    One of these says which instants:
+
+    * times, s: the samples next to them;
+    * instants="peaks", the default: where each component of each joint is largest, over all load cases; repeated ones are merged.
+      joints: only of these; by default all joints of `links` that aren't welded inside them;
+    * stress={link: factors}: `most` cases that keep as large a share as can be of all combinations of some stresses, which are linear in the
+      link's wrenches: (stresses, 6 × wrenches) in the order of its `wrenches`, or {wrench: (stresses, 6)}.  Few stresses need few cases;
+    * sections={link: [(point, normal), …]}: the same for the six loads of plane sections (:meth:`ksl.Model.section_wrench`);
+    * instants="hull": the same for whatever is linear in all wrenches of each of `links`: of smooth motions nearly every sample is needed.
+
+    most: so many cases of each stressed thing; None: as many as keep all.  links: those whose free bodies are wanted; all by default.
+    frames: {link: pose (4, 4)}: of the CAD part's frame in the link's; the free body is then in the part's axes, from its origin.
+    welded: "together" or "apart", as in :meth:`ksl.Model.free_bodies`.
+
+    Returns a sequence of cases, each with time, case, bodies {link: free body} and why, tuples of a joint and a component; `share`, the least that is kept;
+    `notes`; and `write(folder)`.  O(samples × links), and linear programs for shares: milliseconds for each sample that is looked at.
+    Raises MotionError, DescriptionError, ArgumentError.  Needs the extra `ksl[loads]`.
+
+        run = ksl.compute_loads("panda.urdf", "panda_pick.csv")
+        cases = ksl.free_bodies(run, links=["panda_link3"])
+        cases.write("parts")
+    """
+    one_of(welded, "welded", "together", "apart")
+    moved = moved_of(results, cases, robot, welded)
+    asked = {"times": times, "instants": instants, "stress": stress, "sections": sections}
+    if len(two := [name for name, x in asked.items() if x is not None]) > 1:
+        raise ArgumentError(f"{two[0]} and {two[1]}: each says which instants; give one of them")
+    if most is not None and (isinstance(most, bool) or not isinstance(most, int) or most < 1):
+        raise ArgumentError(f"most={most!r}; expected a number of cases, 1 or more")
+    bodies = _bodies(moved[0], [*(stress or {}), *(sections or {})] if links is None and (stress or sections) else links)
+    chosen = _chosen(moved, bodies, times, instants, joints, stress, sections, most)
+    poses = dict(_in_body(moved[0], link, pose) for link, pose in (frames or {}).items())
+    made = []
+    for (i, k), why in sorted(chosen.why.items()):
+        found = moved[i].only(k).free_bodies(0, bodies)
+        shown = {top: body.in_frame(poses[top]) if top in poses else body for top, body in found.items()}
+        made.append(FreeBodyCase(float(moved[i].time[k]), moved[i].case, shown, tuple(dict.fromkeys(why))))
+    return FreeBodyCases(made, dict(chosen.shares), (*chosen.notes, *_open_notes(made)), _made_of(moved, results))
+
+
+def _bodies(moved: Moved, links: Iterable[str] | None) -> list[str]:
+    """The topmost links of the bodies that some links belong to; of all by default."""
+    tops = moved.bodies.links_of
+    if links is None:
+        return list(tops)
+    found = []
+    for name in names_in_order(links, "links") or ():
+        plain = name_among(moved.model.link_names, name, "link")
+        if plain not in moved.model.link_names:
+            raise of_argument(ArgumentError, "links", f": {unknown_name(moved.model.name, 'link', name, moved.model.link_names)}")
+        found.append(next(top for top, members in tops.items() if plain in members))
+    return list(dict.fromkeys(found))
+
+
+def _chosen(
+    moved: Sequence[Moved], bodies: Sequence[str], times: Iterable[float] | None, instants: Instants | None, joints: Iterable[str] | None,
+    stress: Mapping[str, Factors] | None, sections: Mapping[str, Sequence[Section]] | None, most: int | None,
+) -> Chosen:  # fmt: skip
+    if times is not None:
+        return at_times(moved, np.atleast_1d(np.asarray(times, dtype=float)).tolist())
+    if stress is not None:
+        return of_stress(moved, {_bodies(moved[0], [link])[0]: factors for link, factors in stress.items()}, most)
+    if sections is not None:
+        return of_sections(moved, sections, most)
+    if instants is not None and one_of(instants, "instants", "peaks", "hull") == "hull":
+        return of_hull(moved, bodies, most)
+    return at_peaks(moved, _joints(moved[0], bodies) if joints is None else _joints_named(moved[0], joints))
+
+
+def _joints(moved: Moved, bodies: Sequence[str]) -> list[str]:
+    """Those that act on the bodies from outside."""
+    return list(dict.fromkeys(e.joint for top in bodies for e in moved.bodies.body(top).entries if e.joint))
+
+
+def _joints_named(moved: Moved, joints: Iterable[str]) -> list[str]:
+    found = []
+    for name in names_in_order(joints, "joints") or ():
+        plain = name_among(moved.bodies.joint_names, name, "joint")
+        if plain not in moved.bodies.joint_names:
+            raise of_argument(ArgumentError, "joints", f": {unknown_name(moved.model.name, 'joint', name, moved.bodies.joint_names)}")
+        found.append(plain)
+    return found
+
+
+def _in_body(moved: Moved, link: str, pose: given.PoseLike) -> tuple[str, Array]:
+    """A part's frame, given in a link's, in the frame of the topmost link that it is welded to."""
+    top = _bodies(moved, [link])[0]
+    in_link = np.reshape(given.pose(pose, f"frames of {link}", link), (4, 4))
+    return top, moved.model.relative_pose(moved.q[0], f"link:{name_among(moved.model.link_names, link, 'link')}", f"link:{top}") @ in_link
+
+
+def _open_notes(cases: Sequence[FreeBodyCase]) -> list[str]:
+    """Bodies some of whose wrenches rigid bodies leave open."""
+    found = {f"{w.name}": top for case in cases for top, body in case.bodies.items() for w in body.wrenches if w.undetermined.any()}
+    if not found:
+        return []
+    return [f"rigid bodies leave components open at {', '.join(found)}: free bodies with these are in balance, but not complete; stiffnesses of the joints (--stiffness of `ksl loads`) decide them"]
+
+
+def _made_of(moved: Sequence[Moved], results: Results) -> dict[str, str]:
+    """Where free bodies come from."""
+    source = "a run in a program" if isinstance(results, ComputedCases) else os.path.abspath(results)
+    return {"robot": moved[0].model.name, "robot file": moved[0].model.file, "results": source, "load cases": ", ".join(m.case for m in moved), **versions()}
