@@ -16,7 +16,7 @@ What there is for users; help(ksl.load) and the like say more:
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
-    errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, CompilerError, FrameError: all are ValueErrors
+    errors        DescriptionError, MotionError, CaseError, ResultError, SizingError, SweepError, ViewerError, PartError, CompilerError, FrameError: all are ValueErrors
     warnings      DescriptionWarning, QuaternionWarning
 
 The other modules are inner ones, which may change with every version.
@@ -42,6 +42,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.base.errors import DescriptionWarning as DescriptionWarning
     from ksl.base.errors import FrameError as FrameError
     from ksl.base.errors import MotionError as MotionError
+    from ksl.base.errors import PartError as PartError
     from ksl.base.errors import QuaternionWarning as QuaternionWarning
     from ksl.base.errors import ResultError as ResultError
     from ksl.base.errors import SizingError as SizingError
@@ -93,6 +94,7 @@ _MODULE_OF = {
     "Model": "ksl.model.model",
     "Momentum": "ksl.spatial",
     "MotionError": "ksl.base.errors",
+    "PartError": "ksl.base.errors",
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.base.errors",
     "ResultError": "ksl.base.errors",

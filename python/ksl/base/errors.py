@@ -67,6 +67,10 @@ class CaseError(_Sentence, ValueError):
     """A file of load cases can't be used.  Names the file, the case, the key, what is wrong and how to mend it."""
 
 
+class PartError(_Sentence, ValueError):
+    """The mesh of a part, or what is asked of its deck, can't be used.  Names the file, the link or joint, what is wrong and how to mend it."""
+
+
 class CompilerError(_Sentence, ValueError):
     """Code of a mechanism can't be compiled or loaded: there is no compiler, it fails, or the cache isn't the user's own.  Says what to do about it."""
 

@@ -34,6 +34,8 @@ NAME_LENGTH = 4096
 """Characters of the name of a column."""
 ROBOT_BYTES = 64 << 20
 """Bytes of a robot file that `ksl check` reads.  The largest ones known have some hundred kilobytes; meshes are in files of their own."""
+PART_BYTES = 1 << 28
+"""Bytes of the mesh of a part, some four million nodes: more than a solver of this kind takes."""
 USD_BYTES = 1 << 30
 """Bytes of a USD file, which may hold meshes."""
 ATTRIBUTES = 1000

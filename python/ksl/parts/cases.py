@@ -34,7 +34,7 @@ class FreeBodyCase:
         return "; ".join(f"{joint} {' '.join(components)}" for joint, components in by_joint.items()) or "given"
 
 
-class FreeBodyCases(Sequence[FreeBodyCase]):
+class Cases(Sequence[FreeBodyCase]):
     """Load cases of parts, in the order of load cases and times."""
 
     def __init__(self, cases: Sequence[FreeBodyCase], shares: Mapping[str, float], notes: Sequence[str], made_of: Mapping[str, str]) -> None:

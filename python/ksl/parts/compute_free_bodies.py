@@ -15,7 +15,8 @@ from ksl.mechanism import given
 from ksl.mechanism.requests import names_in_order, one_of
 from ksl.mechanism.states import Array
 from ksl.parts.bodies import Welded
-from ksl.parts.cases import FreeBodyCase, FreeBodyCases
+from ksl.parts.cases import FreeBodyCase
+from ksl.parts.free_body_cases import FreeBodyCases
 from ksl.parts.instants import Chosen, Factors, Section, at_peaks, at_times, of_hull, of_sections, of_stress
 from ksl.parts.sources import Moved, Results, moved_of
 
