@@ -6,6 +6,7 @@ Files: the command: a file for each command, which calls a public function, and 
 from ksl.commands import (
     check,
     compare,
+    free_bodies,
     generate,
     hold,
     info,
@@ -23,6 +24,7 @@ __all__ = [
     "app",
     "check",
     "compare",
+    "free_bodies",
     "generate",
     "hold",
     "info",

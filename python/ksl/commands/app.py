@@ -29,12 +29,15 @@ TRACEBACK = "KSL_TRACEBACK"
 HANGING = "  "
 """Before all lines of a paragraph but the first."""
 GROUPS = {
-    "Load cases": {"--cases", "--payload", "--on-link", "--external", "--gravity", "--pose", "--time", "--worst", "--of", "--seed"},
+    "Load cases": {"--cases", "--case", "--payload", "--on-link", "--external", "--gravity", "--pose", "--time", "--worst", "--of", "--seed"},
     "Simulation": {
         "--until", "--from-time", "--velocity", "--controller", "--gains", "--brake-at", "--brake", "--dry-friction", "--bounce", "--rate", "--method", "--step",
     },
     "Wrenches": {"--on", "--at", "--axes", "--order", "--joints"},
     "Results": {"--output", "--deflection", "--csv", "--xlsx", "--mcap", "--mat", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
+    "Bodies": {"--links", "--apart", "--frame", "--robot"},
+    "Instants": {"--times", "--peaks", "--section", "--stress", "--hull", "--most"},
+    "Decks": {"--deck", "--mesh", "--set", "--radius", "--units", "--young", "--poisson", "--density", "--coupling", "--relief"},
     "Comparison": {"--with", "--states"},
     "Page": {"--export", "--mode", "--joint", "--case", "--port", "--browser"},
     "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro", "--package"},

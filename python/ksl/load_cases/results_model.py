@@ -52,7 +52,7 @@ def model_of_results(results: Results, file: str, robot: str | os.PathLike[str] 
         raise MotionError(f"{file}: the results name no robot file, since a program made the robot; give it: robot= (--robot)")
     path = Path(robot) if robot is not None else beside(results, named[0])
     if not path.is_file():
-        raise MotionError(f"{file}: the robot file that the results name, {path}, is not found; give it: robot= (--robot)")
+        raise MotionError(f"{file}: {'no robot file' if robot is not None else 'the robot file that the results name has moved'}: {path}; give it: robot= (--robot)")
     width = options.get("friction_width")
     loaded = load(
         path, bool(options.get("floating_base")), options.get("mimic") or "coupled", gravity=made.get("gravity"), model=options.get("model") or None,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.lengths import ROUND_OFF
 from ksl.mechanism.mechanism import Joint, Link, Loop
 from ksl.mechanism.payload import Payload
 from ksl.mechanism.states import Array
@@ -114,11 +115,13 @@ class BodiesOverTime:
         field = np.einsum("nba,b->na", self._poses[:, i, :3, :3], self.model.gravity)
         entries = [*self._of_joints(top, links), *self._of_payloads(top, links, acceleration, spin, turn, field), *self._of_others(top, links)]
         parts = [_without_payloads(self.model.link(name), self.model.payloads).in_frame(self._relative(top, name)[0]) for name in links]
-        m, h, I = (sum(x[i] for x in parts) for i in range(3))
+        m = sum(part.mass for part in parts)
+        h, I = np.sum([part.first_moment for part in parts], axis=0), np.sum([part.about_origin for part in parts], axis=0)
+        whole = sum(self.model.link(name).mass for name in links)
         force = m * acceleration + np.cross(turn, h) + np.cross(spin, np.cross(spin, h))
         moment = np.cross(h, acceleration) + turn @ I + np.cross(spin, spin @ I)
         weight = np.concatenate([m * field, np.cross(h, field)], axis=1)
-        return BodyOverTime(top, links, tuple(_renamed(entries)), weight, -np.concatenate([force, moment], axis=1), (acceleration, spin, turn), field, float(m), h / m if m > 0 else np.zeros(3))
+        return BodyOverTime(top, links, tuple(_renamed(entries)), weight, -np.concatenate([force, moment], axis=1), (acceleration, spin, turn), field, m, h / m if m > ROUND_OFF * whole else np.zeros(3))
 
     def free_bodies(self, k: int, links: Iterable[str]) -> dict[str, FreeBody]:
         """The free bodies of sample k."""

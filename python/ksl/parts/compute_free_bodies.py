@@ -12,6 +12,7 @@ from ksl.base.errors import ArgumentError, name_among, of_argument, unknown_name
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.provenance import versions
 from ksl.mechanism import given
+from ksl.mechanism.lengths import extent, far_point
 from ksl.mechanism.requests import names_in_order, one_of
 from ksl.mechanism.states import Array
 from ksl.parts.bodies import Welded
@@ -72,27 +73,29 @@ def free_bodies(
         raise ArgumentError(f"{two[0]} and {two[1]}: each says which instants; give one of them")
     if most is not None and (isinstance(most, bool) or not isinstance(most, int) or most < 1):
         raise ArgumentError(f"most={most!r}; expected a number of cases, 1 or more")
-    bodies = _bodies(moved[0], [*(stress or {}), *(sections or {})] if links is None and (stress or sections) else links)
+    stressed = [name for of in (stress, sections) if isinstance(of, Mapping) for name in of]
+    bodies = _bodies(moved[0], stressed, "stress" if stress else "sections") if links is None and stressed else _bodies(moved[0], links)
     chosen = _chosen(moved, bodies, times, instants, joints, stress, sections, most)
-    poses = dict(_in_body(moved[0], link, pose) for link, pose in (frames or {}).items())
+    poses = {} if frames is None else dict(_in_body(moved[0], link, pose) for link, pose in given.mapping(frames, "frames", "{link: pose (4, 4)}"))
     made = []
     for (i, k), why in sorted(chosen.why.items()):
         found = moved[i].only(k).free_bodies(0, bodies)
         shown = {top: body.in_frame(poses[top]) if top in poses else body for top, body in found.items()}
         made.append(FreeBodyCase(float(moved[i].time[k]), moved[i].case, shown, tuple(dict.fromkeys(why))))
-    return FreeBodyCases(made, dict(chosen.shares), (*chosen.notes, *_open_notes(made)), _made_of(moved, results))
+    doubts = _doubts(moved[0], frames or {}, sections or {})
+    return FreeBodyCases(made, dict(chosen.shares), (*doubts, *chosen.notes, *_open_notes(made)), _made_of(moved, results))
 
 
-def _bodies(moved: Moved, links: Iterable[str] | None) -> list[str]:
+def _bodies(moved: Moved, links: Iterable[str] | None, argument: str = "links") -> list[str]:
     """The topmost links of the bodies that some links belong to; of all by default."""
     tops = moved.bodies.links_of
     if links is None:
         return list(tops)
     found = []
-    for name in names_in_order(links, "links") or ():
+    for name in names_in_order(links, argument) or ():
         plain = name_among(moved.model.link_names, name, "link")
         if plain not in moved.model.link_names:
-            raise of_argument(ArgumentError, "links", f": {unknown_name(moved.model.name, 'link', name, moved.model.link_names)}")
+            raise of_argument(ArgumentError, argument, f": {unknown_name(moved.model.name, 'link', name, moved.model.link_names)}")
         found.append(next(top for top, members in tops.items() if plain in members))
     return list(dict.fromkeys(found))
 
@@ -102,11 +105,12 @@ def _chosen(
     stress: Mapping[str, Factors] | None, sections: Mapping[str, Sequence[Section]] | None, most: int | None,
 ) -> Chosen:  # fmt: skip
     if times is not None:
-        return at_times(moved, np.atleast_1d(np.asarray(times, dtype=float)).tolist())
+        return at_times(moved, np.atleast_1d(given.numbers(list(times) if isinstance(times, Iterable) else times, "times")).tolist())
     if stress is not None:
-        return of_stress(moved, {_bodies(moved[0], [link])[0]: factors for link, factors in stress.items()}, most)
+        by_link = given.mapping(stress, "stress", "{link: factors on its wrenches}")
+        return of_stress(moved, {_bodies(moved[0], [link], "stress")[0]: factors for link, factors in by_link}, most)
     if sections is not None:
-        return of_sections(moved, sections, most)
+        return of_sections(moved, given.mapping(sections, "sections", "{link: [(point, normal), …]}"), most)
     if instants is not None and one_of(instants, "instants", "peaks", "hull") == "hull":
         return of_hull(moved, bodies, most)
     return at_peaks(moved, _joints(moved[0], bodies) if joints is None else _joints_named(moved[0], joints))
@@ -129,9 +133,17 @@ def _joints_named(moved: Moved, joints: Iterable[str]) -> list[str]:
 
 def _in_body(moved: Moved, link: str, pose: given.PoseLike) -> tuple[str, Array]:
     """A part's frame, given in a link's, in the frame of the topmost link that it is welded to."""
-    top = _bodies(moved, [link])[0]
+    top = _bodies(moved, [link], "frames")[0]
     in_link = np.reshape(given.pose(pose, f"frames of {link}", link), (4, 4))
     return top, moved.model.relative_pose(moved.q[0], f"link:{name_among(moved.model.link_names, link, 'link')}", f"link:{top}") @ in_link
+
+
+def _doubts(moved: Moved, frames: Mapping[str, given.PoseLike], sections: Mapping[str, Sequence[Section]]) -> list[str]:
+    """Sentences about lengths that are likely in millimetres."""
+    points = [(f"the frame of {link} is", given.pose(pose, f"frames of {link}", link)[3:12:4]) for link, pose in frames.items()]
+    points += [(f"the section of {link} is", list(point)) for link, planes in sections.items() for point, _ in planes]
+    reach = extent(moved.model, [payload.carried for payload in moved.model.payloads]) if points else 0.0
+    return [line for what, point in points for line in far_point(what, point, reach)]
 
 
 def _open_notes(cases: Sequence[FreeBodyCase]) -> list[str]:

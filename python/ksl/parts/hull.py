@@ -17,6 +17,8 @@ from ksl.mechanism.states import Array
 
 RANK = 1e-9
 """Singular values below this share of the largest are directions that no sample has."""
+NOISE = 1e-13
+"""Components that are never above this share of the largest are round-off: a planar mechanism has them in half of the directions."""
 INSIDE = 1e-9
 """Samples whose gauge is above 1 by no more are in the hull."""
 SWAPS = 200
@@ -37,7 +39,7 @@ def extremes(vectors: Array, most: int | None = None) -> tuple[NDArray[np.intp],
     if most is not None and most < len(kept):
         return np.sort(kept[:most]), 0.0
     chosen = list(kept)
-    bounds = np.abs(np.linalg.solve(points[kept].T, points.T)).sum(axis=0)  # gauges only fall as samples are added
+    bounds: Array = np.abs(np.linalg.solve(points[kept].T, points.T)).sum(axis=0)  # gauges only fall as samples are added
     while True:
         worst, gauge, direction = _worst(points, chosen, bounds)
         if gauge <= 1 + INSIDE or (most is not None and len(chosen) >= most):
@@ -48,7 +50,8 @@ def extremes(vectors: Array, most: int | None = None) -> tuple[NDArray[np.intp],
 def _in_own_space(vectors: Array) -> Array:
     """(n, rank) coordinates in the space that the samples span; columns of one size."""
     largest = np.abs(vectors).max(axis=0, initial=0)
-    scaled = vectors[:, largest > 0] / largest[largest > 0]
+    there = largest > NOISE * largest.max(initial=0)
+    scaled = vectors[:, there] / largest[there]
     if not scaled.size:
         return np.zeros((len(vectors), 0))
     s, basis = np.linalg.svd(scaled, full_matrices=False)[1:]
@@ -72,7 +75,8 @@ def _spanning(points: Array) -> NDArray[np.intp]:
 def _worst(points: Array, chosen: list[int], bounds: Array) -> tuple[int, float, Array]:
     """The sample with the largest gauge, its gauge and the direction in which it sticks out.  bounds: of the gauges, made sharper on the way."""
     bounds[chosen] = np.minimum(bounds[chosen], 1.0)
-    best, largest, direction = int(chosen[0]), 1.0, np.zeros(points.shape[1])
+    direction: Array = np.zeros(points.shape[1])
+    best, largest = int(chosen[0]), 1.0
     for k in np.argsort(-bounds, kind="stable"):
         if bounds[k] <= largest + INSIDE:
             break

@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import ArgumentError, unknown_name
+from ksl.mechanism import given
 from ksl.mechanism.requests import three_numbers
 from ksl.mechanism.states import Array
 from ksl.parts.free_body import COMPONENTS
-from ksl.parts.hull import extremes
+from ksl.parts.hull import NOISE, extremes
 from ksl.parts.sources import Moved
-
-NOISE = 1e-13
-"""Components of a joint below this share of its largest wrench are round-off: a planar mechanism has them in half of the directions."""
 
 Instant = tuple[int, int]
 """The load case, by its number, and the sample."""
@@ -94,10 +92,10 @@ def of_stress(moved: Sequence[Moved], stress: Mapping[str, Factors], most: int |
     return chosen
 
 
-def of_sections(moved: Sequence[Moved], sections: Mapping[str, Sequence[Section]], most: int | None) -> Chosen:
+def of_sections(moved: Sequence[Moved], sections: Iterable[tuple[str, Sequence[Section]]], most: int | None) -> Chosen:
     """Few samples that keep a share of all combinations of the six loads of each section."""
     chosen = Chosen()
-    for link, planes in sections.items():
+    for link, planes in sections:
         for k, (point, normal) in enumerate(planes, 1):
             at, n = three_numbers(point, f"sections of {link}: the point"), three_numbers(normal, f"sections of {link}: the normal")
             rows = [m.model.section_wrench(m.q, m.v, m.a, link, at, n, external=dict(m.external) or None) for m in moved]  # type: ignore[attr-defined]
@@ -116,7 +114,7 @@ def _keep(chosen: Chosen, moved: Sequence[Moved], what: str, vectors: Array, mos
     if share == 0:
         chosen.notes.append(f"{what}: {len(kept)} cases keep nothing for certain, since its loads have more dimensions; ask for more cases, or for stresses of single sections")
     elif share < 1 - 1e-9:
-        chosen.notes.append(f"{what}: {len(kept)} of {len(vectors)} samples keep {share:.2f} of whatever is linear in its loads: a stress may be up to {1 / share:.2g} times what the cases show")
+        chosen.notes.append(f"{what}: {len(kept)} of {len(vectors)} samples keep {share:.2f} of whatever is linear in its loads: a stress may be up to {1 / share:.3g} times what the cases show")
 
 
 def _vectors(moved: Sequence[Moved], link: str) -> list[dict[str, Array]]:
@@ -137,12 +135,12 @@ def _factors(link: str, factors: Factors, wrenches: Mapping[str, Array]) -> dict
         for name in factors:
             if name not in wrenches:
                 raise ArgumentError(unknown_name(f"stress of {link}", "wrench", name, wrenches))
-        found = {name: np.atleast_2d(np.asarray(x, dtype=float)) for name, x in factors.items()}
+        found = {name: np.atleast_2d(given.numbers(x, f"stress of {link} by {name}")) for name, x in factors.items()}
     else:
-        given = np.atleast_2d(np.asarray(factors, dtype=float))
-        if given.ndim != 2 or given.shape[1] != 6 * len(wrenches):
-            raise ArgumentError(f"stress of {link} has shape {given.shape}; expected (stresses, {6 * len(wrenches)}): six factors for each of {', '.join(wrenches)}")
-        found = {name: given[:, 6 * i : 6 * i + 6] for i, name in enumerate(wrenches)}
+        table = np.atleast_2d(given.numbers(factors, f"stress of {link}"))
+        if table.ndim != 2 or table.shape[1] != 6 * len(wrenches):
+            raise ArgumentError(f"stress of {link} has shape {table.shape}; expected (stresses, {6 * len(wrenches)}): six factors for each of {', '.join(wrenches)}")
+        found = {name: table[:, 6 * i : 6 * i + 6] for i, name in enumerate(wrenches)}
     shapes = {x.shape for x in found.values()}
     if len(shapes) != 1 or not all(x.ndim == 2 and x.shape[1] == 6 and np.isfinite(x).all() for x in found.values()):
         raise ArgumentError(f"stress of {link}: expected finite factors (stresses, 6) for each wrench, found shapes {sorted(shapes)}")

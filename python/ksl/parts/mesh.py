@@ -139,7 +139,7 @@ class _Reader:
 
     def read(self, text: str) -> Mesh:
         for line, words, cards in _keywords(text):
-            name, options = words[0], dict(word.split("=", 1) if "=" in word else (word, "") for word in words[1:])
+            name, options = words[0], dict(word.partition("=")[::2] for word in words[1:])
             try:
                 self._keyword(name, options, cards)
             except (ValueError, IndexError, OverflowError):

@@ -181,6 +181,8 @@ def _carrying(link: str, name: str, point: Array, mesh: Mesh, options: DeckOptio
     """The faces and nodes that carry a wrench: those of a set, or those around its point."""
     if name in options.radius:
         radius = options.radius[name] * units.length
+        if not 0 < radius <= mesh.extent:
+            raise PartError(f"radius of {name}: {options.radius[name]:g} m, and the part is {mesh.extent / units.length:.3g} m large; radii are in m: is it in millimetres?")
         near = np.flatnonzero(np.linalg.norm(mesh.points - point, axis=1) <= radius)
         where = f"within {options.radius[name]:g} m of {name}"
         mend = f"its point is {np.linalg.norm(mesh.points - point, axis=1).min() / units.length:.3g} m from the nearest node"
