@@ -81,11 +81,11 @@ def _loads(part: PartLoads, case: DeckCase, i: int) -> Iterator[str]:
     if part.mesh is not None and case.turn.any() and not part.relief:
         yield "$ angular acceleration: -density * (angular acceleration x r), as the elements distribute it"
         yield from (_vector("FORCE*", OF_FORCES + i, n, x) for n, x in zip(part.mesh.numbers.tolist(), part.node_forces(case), strict=True) if x.any())
-    fall, spin = float(np.linalg.norm(case.field)), float(np.linalg.norm(case.spin))
-    if fall > 0 and not part.relief:
+    spin = float(np.linalg.norm(case.spin))
+    if case.field.any() and not part.relief:
         sets.append(OF_FALL + i)
-        n = case.field / fall
-        yield f"{'GRAV*':<8}{OF_FALL + i:>16}{0:>16}{_number(fall)}{_number(n[0])}\n{'*':<8}{_number(n[1])}{_number(n[2])}"
+        x = case.field
+        yield f"{'GRAV*':<8}{OF_FALL + i:>16}{0:>16}{_number(1.0)}{_number(x[0])}\n{'*':<8}{_number(x[1])}{_number(x[2])}"
     if spin > 0:
         sets.append(OF_SPIN + i)
         n = case.spin / spin
