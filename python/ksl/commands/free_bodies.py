@@ -67,7 +67,7 @@ def free_bodies(
             )  # fmt: skip
             written = cases.write(output, deck, _pairs(mesh, "--mesh", "PART.inp"), _options(on_set, radius, units, young, poisson, density, coupling, relief), xlsx, force)
     except (ValueError, OutputError) as e:
-        fail(in_options(e, links=links, times=times, cases=",".join(case), most=most, coupling=coupling))
+        fail(in_options(e, links=links, times=times, most=most, coupling=coupling, units=units))
     if json:
         from ksl.parts.write import as_dict
 

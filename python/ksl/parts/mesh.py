@@ -142,6 +142,8 @@ class _Reader:
             name, options = words[0], dict(word.partition("=")[::2] for word in words[1:])
             try:
                 self._keyword(name, options, cards)
+            except PartError:
+                raise
             except (ValueError, IndexError, OverflowError):
                 raise PartError(f"{self.file}: *{name} at line {line} holds something else than numbers in their places; write the mesh again") from None
         return self._mesh()

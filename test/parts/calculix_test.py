@@ -1,0 +1,93 @@
+"""Decks in the solver itself: CalculiX (`ccx`, of the Debian package calculix-ccx) on bars, beside the formulas of beams.  Without it these tests are left out."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from bricks import bar
+from swinging_bar import RHO, SIZE, bar_cases
+
+from ksl.parts.mesh import read_mesh
+from ksl.parts.part_loads import DeckOptions, part_loads
+from ksl.parts.units import SYSTEMS, Material
+
+pytestmark = [pytest.mark.long, pytest.mark.skipif(shutil.which("ccx") is None, reason="needs CalculiX, `ccx`")]
+SETS = {"hinge": "root", "tip": "tip"}
+YOUNG = 2.1e11
+COUNTS = (40, 3, 2)
+
+
+def solved(folder, cases, kind, units, coupling, turned=False):
+    """What CalculiX finds: the part, forces at the holding nodes less the shares of body loads, stresses of elements at points of integration, and displacements, in SI units.
+
+    turned: the part is held at other nodes."""
+    length = SYSTEMS[units].length
+    mesh_file = bar(folder / "bar.inp", kind, SIZE * length, COUNTS)
+    options = DeckOptions(units, Material(YOUNG, 0.0, RHO), SETS, coupling=coupling)
+    cases.write(folder / "out", "calculix", {"bar": mesh_file}, options, force=True)
+    part = part_loads(cases, "bar", read_mesh(mesh_file), options)
+    text = (folder / "out" / "bar_calculix.inp").read_text()
+    held = [part.mesh.numbers[row] for row, _ in part.holding]
+    if turned:
+        text, held = held_elsewhere(text, part)
+    text = text.replace("*STEP", "*NSET, NSET=HELD\n" + ", ".join(map(str, dict.fromkeys(held))) + "\n*STEP", 1)
+    text = text.replace("*NODE FILE", "*NODE PRINT, NSET=HELD\nRF\n*NODE PRINT, NSET=PART_NODES\nU\n*EL PRINT, ELSET=PART\nS\n*NODE FILE")
+    (folder / "run.inp").write_text(text)
+    done = subprocess.run(["ccx", "run"], cwd=folder, capture_output=True, text=True, timeout=300)
+    assert "*ERROR" not in done.stdout, done.stdout[-2000:]
+    forces, moved, stress = {}, {}, []
+    found = forces
+    for line in (folder / "run.dat").read_text().splitlines():
+        words = line.split()
+        found = forces if line.startswith(" forces") else moved if line.startswith(" displacements") else stress if line.startswith(" stresses") else found
+        if words and words[0].isdigit():
+            x = [float(w) for w in words]
+            stress.append(x) if found is stress else found.update({int(x[0]): np.array(x[1:])})
+    body, row = part.body_forces(part.cases[0]), {n: i for i, n in enumerate(part.mesh.numbers.tolist())}
+    left = np.array([f - body[row[n]] for n, f in forces.items()])
+    units_of = SYSTEMS[units]
+    at = part.mesh.points / length
+    u = np.array([moved[n] for n in part.mesh.numbers.tolist()]) / length
+    return left / units_of.force, np.array(stress)[:, 2:] / units_of.stress, at, u
+
+
+def held_elsewhere(text, part):
+    """The same deck with other nodes that hold it: those next to them along the bar."""
+    rows = [row for row, _ in part.holding]
+    taken = {n for seat in part.seats for n in seat.nodes.tolist()}
+    corners = np.setdiff1d(np.unique(np.concatenate([b.nodes[:, : b.of.corners].ravel() for b in part.mesh.blocks])), [*taken, *rows])
+    points = part.mesh.points
+    other = {row: int(corners[np.argmin(np.linalg.norm(points[corners] - points[row], axis=1))]) for row in rows}
+    for row, new in other.items():
+        for axis in (1, 2, 3):
+            text = text.replace(f"\n{part.mesh.numbers[row]}, {axis}, {axis}\n", f"\n{part.mesh.numbers[new]}, {axis}, {axis}\n")
+    return text, [part.mesh.numbers[new] for new in other.values()]
+
+
+@pytest.mark.parametrize(("kind", "units", "coupling"), [("C3D20R", "m-kg-s", "distributing"), ("C3D20R", "mm-t-s", "rigid"), ("C3D10", "mm-t-s", "distributing")])
+def test_nothing_holds_a_swinging_bar_and_its_stresses_do_not_depend_on_what_holds_it(tmp_path, kind, units, coupling):
+    """Gravity, ω and α, a wrench at the tip and the hinge's: what three nodes hold is round-off, relative to the force of the hinge."""
+    cases = bar_cases()
+    hinge = np.linalg.norm(cases[0].bodies["bar"].wrenches[0].wrench[:3])
+    left, stress, _, _ = solved(tmp_path, cases, kind, units, coupling)
+    share = 1e-7 if kind == "C3D20R" else 1e-6  # CalculiX integrates tetrahedra at four points: it gives the nodes other shares of what turning loads
+    assert np.abs(left.sum(axis=0)).max() < share * hinge, left
+    _, other, _, _ = solved(tmp_path, cases, kind, units, coupling, turned=True)
+    assert np.abs(other - stress).max() < 1e-6 * np.abs(stress).max(), "whichever nodes hold it"
+
+
+@pytest.mark.parametrize("coupling", ["distributing", "rigid"])
+def test_a_cantilever_bends_as_the_formula_says(tmp_path, coupling):
+    """A force at the tip, which the hinge balances: between the quarters, where the ends' couplings don't reach, the bar bends as Timoshenko's beam with κ = 5/6, and ν = 0."""
+    L, b, h = SIZE
+    force = 50.0
+    cases = bar_cases(speed=0.0, acceleration=0.0, tip=(0.0, force, 0.0, 0.0, 0.0, 0.0))
+    _, stress, at, u = solved(tmp_path, cases, "C3D20R", "m-kg-s", coupling)
+    I, shear = h * b**3 / 12, 5 / 6 * YOUNG / 2 * b * h
+    sections = [np.abs(at[:, 0] - x) < 1e-9 for x in (L / 4, 3 * L / 4)]
+    first, last = (u[of].mean(axis=0)[1] for of in sections)
+    turn = np.polyfit(at[sections[0], 1], -u[sections[0], 0], 1)[0]
+    bend = lambda x: force / (YOUNG * I) * (L * x**2 / 2 - x**3 / 6) + force * x / shear
+    formula = bend(3 * L / 4) - bend(L / 4) - force / (YOUNG * I) * (L * L / 4 - L * L / 32) * L / 2
+    np.testing.assert_allclose(last - first - turn * L / 2, formula, rtol=1e-3)
