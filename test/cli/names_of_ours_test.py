@@ -17,6 +17,7 @@ NAMES = [name for name in OURS if name.strip()]
 COMMANDS = {
     "check": [("ROBOT",)],
     "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
+    "free-bodies": [("DIR/results", "-o", "DIR/parts", "--links", "case,Arm"), ("DIR/results", "-o", "DIR/decks", "--deck", "calculix", "--deck", "nastran", "--apart")],
     "generate": [("ROBOT", "--algorithms", "reactions", "-o", "DIR/c")],
     "hold": [("ROBOT",), ("ROBOT", "--payload", "1", "--on-link", "case")],
     "info": [("ROBOT",)],
@@ -62,7 +63,7 @@ def test_every_command_is_in_the_table():
 
 
 def test_every_command_takes_such_names(folder):
-    for command in ("info", "check", "compare", "motion", "hold", "loads", "modes", "simulate", "size", "sweep", "view"):
+    for command in ("info", "check", "compare", "motion", "hold", "loads", "modes", "free-bodies", "simulate", "size", "sweep", "view"):
         for given in COMMANDS[command]:
             if command == "view":
                 pytest.importorskip("viser")

@@ -36,6 +36,8 @@ NEED = {
     "results": 'ksl.hold(m).write("{out}")',
     "a report": 'ksl.hold(m).report("{out}/report.html")',
     "the worst pose": 'ksl.hold(m, worst="elbow")',
+    "free bodies of results": 'ksl.free_bodies("{out}")',
+    "free bodies in few cases": '__import__("ksl.parts.hull").parts.hull.extremes(q[None])',
     "sizing": 'ksl.size("{out}")',
     "spectra": 'ksl.spectra("{out}")',
     "a sweep": 'ksl.sweep("robots/panda.urdf", "sweeps/panda_payload.toml", "{out}/sweep")',

@@ -34,12 +34,13 @@ ALLOWED: dict[str, set[str]] = {
     "load_cases": {"base", "mechanism", "simulation", "model", "robot_files", "motions", "motions.signal", "motions.columns", "motions.files"},
     "sizing": {"base", "output", "mechanism", "model", "robot_files", "load_cases"},
     "small_motions": {"base", "output", "mechanism", "model", "robot_files", "motions", "motions.signal", "load_cases"},
-    "viewer": {"base", "output", "mechanism", "robot_files", "motions"},
+    "parts": {"base", "output", "mechanism", "load_cases"},
+    "viewer": {"base", "output", "mechanism", "robot_files", "motions", "load_cases"},
     "sweeps": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing"},
     "report": {"base", "output", "mechanism", "model", "robot_files", "motions", "load_cases", "sizing", "viewer"},
     "commands": {
         "base", "output", "mechanism", "simulation", "model", "robot_files", "motions", "motions.files", "motions.generate",
-        "comparison", "checks", "generation", "load_cases", "small_motions", "sizing", "viewer", "sweeps", "report",
+        "comparison", "checks", "generation", "load_cases", "small_motions", "sizing", "parts", "viewer", "sweeps", "report",
     },
 }  # fmt: skip
 """Lower rooms first.  Of rooms side by side: load_cases know neither checks nor viewer; sizing reads what load_cases write; viewer and

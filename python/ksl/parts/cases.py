@@ -27,7 +27,7 @@ class FreeBodyCase:
 
     @property
     def reason(self) -> str:
-        """The same in words: "elbow fx fy; wrist tz"."""
+        """What is largest there, in words: "elbow fx fy; wrist tz"."""
         by_joint: dict[str, list[str]] = {}
         for joint, component in self.why:
             by_joint.setdefault(joint, []).append(component)

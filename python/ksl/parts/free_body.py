@@ -78,7 +78,7 @@ class FreeBody:
         return float(np.linalg.norm(rows[:, :3], axis=1).max()), float(np.linalg.norm(rows[:, 3:], axis=1).max())
 
     def in_frame(self, pose: given.PoseLike, name: str = "part") -> FreeBody:
-        """The same body in the axes, and from the origin, of a CAD part: pose (4, 4) of the part's frame in the link's."""
+        """This body in the axes, and from the origin, of a CAD part: pose (4, 4) of the part's frame in the link's."""
         T = np.reshape(given.pose(pose, f"frame of {self.link}", self.link), (4, 4))
         R, p = T[:3, :3].T, T[:3, 3]
         spin, turn = self.angular_velocity, self.angular_acceleration

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.extras import require
 from ksl.mechanism.states import Array
 
 RANK = 1e-9
@@ -32,6 +33,7 @@ def extremes(vectors: Array, most: int | None = None) -> tuple[NDArray[np.intp],
     Kept first are d samples that span a large volume, none of which has coordinates above 1.01 in the others, so that they keep 1 / (1.01 d) at least;
     then that with the largest gauge, again and again.  A linear program for each sample that is looked at.
     """
+    require("a share of stresses", "scipy")
     points = _in_own_space(vectors)
     if points.shape[1] == 0:  # nothing acts at any time
         return np.zeros(1, dtype=np.intp), 1.0

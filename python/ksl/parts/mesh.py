@@ -41,7 +41,7 @@ class Mesh:
 
     file: str
     numbers: NDArray[np.intp]
-    """Of the nodes, in the file."""
+    """Numbers of the nodes in the file."""
     points: Array
     """(nodes, 3)."""
     blocks: tuple[Block, ...]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import PartError, unknown_name
+from ksl.mechanism.lengths import far
 from ksl.mechanism.requests import one_of
 from ksl.mechanism.states import Array
 from ksl.parts.cases import Cases
@@ -45,9 +46,9 @@ class Seat:
     """Where a wrench acts: a reference node, which nodes of the mesh carry."""
 
     name: str
-    """Of the wrench."""
+    """Name of the wrench."""
     word: str
-    """The same as decks have it."""
+    """Its name in decks."""
     node: int
     point: Array
     """(3)."""
@@ -116,7 +117,7 @@ def part_loads(cases: Cases, link: str, mesh: Mesh | None, options: DeckOptions)
     seats = _seats(link, bodies, mesh, options, units)
     made = tuple(_case(f"{link} {i}: {case.case} at {case.time:.6g} s, {case.reason}", body, seats, mesh, density, units, options.relief) for i, (case, body) in enumerate(zip(cases, bodies, strict=True), 1))
     holding = () if mesh is None else _holding(mesh, seats)
-    return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, tuple(_notes(link, bodies[0], made, mesh, density, units)))
+    return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, tuple(_notes(link, bodies, made, mesh, density, units, options.radius)))
 
 
 def word_of(name: str) -> str:
@@ -137,14 +138,19 @@ def _density(body: FreeBody, mesh: Mesh | None, material: Material, units: Units
 
 def _check_extent(mesh: Mesh, bodies: Sequence[FreeBody], units: Units, link: str) -> None:
     """Refuses a mesh in millimetres under loads in metres, and the other way round."""
-    points = np.array([p for body in bodies for p in (body.center_of_mass, *(w.point for w in body.wrenches if w.kind in ("joint", "loop")))])
-    reach = float(np.linalg.norm(np.ptp(np.vstack([points, np.zeros(3)]), axis=0))) * units.length
+    reach = _reach(bodies) * units.length
     if reach <= 0 or 1 / FAR <= mesh.extent / reach <= FAR:
         return
     other = next((name for name, system in SYSTEMS.items() if 1 / FAR <= mesh.extent / (reach / units.length * system.length) <= FAR), None)
     unit = "m" if units.length == 1 else "mm"
     mend = f"is it in {'mm' if unit == 'm' else 'm'}? then take the units {other}" if other and other != units.name else "check its units"
     raise PartError(f"{mesh.file}: the mesh is {mesh.extent:.4g} {unit} large, and the points of {link} at which loads act are {reach:.4g} {unit} apart; {mend}")
+
+
+def _reach(bodies: Sequence[FreeBody]) -> float:
+    """How far the origin, joints and centre of mass of a body are apart, m."""
+    points = [p for body in bodies for p in (np.zeros(3), body.center_of_mass, *(w.point for w in body.wrenches if w.kind in ("joint", "loop")))]
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
 def _names(bodies: Sequence[FreeBody]) -> dict[str, list[PartWrench | None]]:
@@ -243,10 +249,12 @@ def _holding(mesh: Mesh, seats: Sequence[Seat]) -> tuple[tuple[int, int], ...]:
     return ((at[0], 0), (at[0], 1), (at[0], 2), (at[1], chosen[0][0]), (at[1], chosen[0][1]), (at[2], chosen[1]))
 
 
-def _notes(link: str, body: FreeBody, cases: Sequence[DeckCase], mesh: Mesh | None, density: float, units: Units) -> list[str]:
+def _notes(link: str, bodies: Sequence[FreeBody], cases: Sequence[DeckCase], mesh: Mesh | None, density: float, units: Units, radius: Mapping[str, float]) -> list[str]:
     """How the part's own mass compares with that of the link, and what nodes hold of it."""
+    body = bodies[0]
     if mesh is None:
-        return [f"{link}: without a mesh the deck has the loads and their reference nodes, and no forces of the angular acceleration"]
+        doubts = [line for name, r in radius.items() for line in far(f"the radius of {name} is", r, _reach(bodies))]
+        return [*doubts, f"{link}: without a mesh the deck has the loads and their reference nodes, and no forces of the angular acceleration"]
     volume, first, _ = mesh.inertia()
     apart = float(np.linalg.norm(first / volume / units.length - body.center_of_mass))
     mass = density * volume / units.mass

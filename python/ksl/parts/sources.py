@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from ksl.base.errors import ArgumentError, of_argument, unknown_name
-from ksl.base.errors import MotionError
+from ksl.base.errors import ArgumentError, MotionError, of_argument, unknown_name
+from ksl.base.extras import require
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.results_model import model_of_results, require_same
 from ksl.load_cases.results_table import TABLE, external_of_results, motion_of_results, read_results
@@ -39,7 +39,7 @@ class Moved:
         return BodiesOverTime(self.model, self.q, self.v, self.a, self.external, self.welded)
 
     def only(self, k: int) -> BodiesOverTime:
-        """The same at sample k alone."""
+        """What acts on each link at sample k alone."""
         rows = slice(k, k + 1)
         return BodiesOverTime(self.model, self.q[rows], self.v[rows], self.a[rows], {link: w[rows] for link, w in self.external.items()}, self.welded)
 
@@ -57,6 +57,7 @@ def moved_of(results: Results, cases: Sequence[str] | None, robot: str | os.Path
         ]
     if not isinstance(results, (str, os.PathLike)):
         raise ArgumentError(f"results is {type(results).__name__}; expected a run of ksl.compute_loads, or the folder that `ksl loads` has written")
+    require("reading results", "pyarrow")
     path = Path(results)
     if not (path / TABLE).is_file() and not path.is_file():
         raise MotionError(f"{path}: no {TABLE} there; give the folder that `ksl loads` has written")

@@ -85,7 +85,7 @@ def as_dict(cases: Cases) -> dict[str, Any]:
 
 
 def _parts(cases: Cases, meshes: Mapping[str, str | os.PathLike[str]], options: DeckOptions) -> list[PartLoads]:
-    """Of links with meshes, or of all where there are none."""
+    """The loads of links with meshes, or of all links where there are none."""
     if not len(cases):
         return []
     if meshes:
