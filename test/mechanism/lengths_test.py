@@ -57,8 +57,8 @@ OPTIONS = {
 }
 """Options that take a length, and what is said of one in millimetres."""
 SPEEDS = {(command, "--friction-width") for command in ("generate", "loads", "simulate", "view")} | {("motion", "--acceleration"), ("simulate", "--velocity")}
-EFFORTS = {("simulate", option) for option in ("--gains", "--brake", "--dry-friction")}
-"""Options whose help names metres, and that take no length: speeds and accelerations, which have limits of their own, and efforts in N m."""
+EFFORTS = {("simulate", option) for option in ("--gains", "--brake", "--dry-friction")} | {("free-bodies", "--units")}
+"""Options whose help names metres, and that take no length: speeds and accelerations, which have limits of their own, efforts in N m, and the name of a system of units."""
 
 FILES = {
     ("cases", "payloads.center"): (CASES + 'payloads = [{ link = "tip", mass = 1, center = [0, 0, 50] }]', "the payload on tip is 50 m"),

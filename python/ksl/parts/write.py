@@ -30,6 +30,9 @@ FILES = (WRENCHES, MOTIONS, JSON, WORKBOOK)
 SOLVERS = {"calculix": "calculix.inp", "abaqus": "abaqus.inp", "nastran": "nastran.bdf"}
 """{solver: how the name of its decks ends}."""
 
+NAME_LENGTH = 80
+"""Characters of a link's name in the names of its decks."""
+
 AXES = ("x", "y", "z")
 OF_WRENCH = {"": ("case", "load_case", "link", "frame", "kind", "name"), "s": ("time",), "m": AXES, "N": COMPONENTS[:3], "N m": COMPONENTS[3:], " ": ("undetermined",)}
 OF_MOTION = {
@@ -60,7 +63,8 @@ def write(
         raise OutputError(f"{WORKBOOK}: {missing}")
     check_links(cases, given)
     parts = _parts(cases, given, options) if solvers else []
-    texts = {f"{_file_name(part.link)}_{SOLVERS[solver]}": _deck(part, solver, _head(cases)) for part in parts for solver in solvers}
+    names_of = _file_names([part.link for part in parts])
+    texts = {f"{names_of[part.link]}_{SOLVERS[solver]}": _deck(part, solver, _head(cases)) for part in parts for solver in solvers}
     known = [*FILES, *texts, *_earlier(folder)]
     refuse_inputs([folder / name for name in known], [os.fspath(mesh) for mesh in given.values()])
     with staged(folder, known, None if force else partial(_refuse_others, folder, known, cases.made_of["robot"])) as stage:
@@ -98,8 +102,14 @@ def _deck(part: PartLoads, solver: str, head: Sequence[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _file_name(link: str) -> str:
-    return re.sub(r"[^A-Za-z0-9._-]", "_", link).lstrip(".") or "part"
+def _file_names(links: Sequence[str]) -> dict[str, str]:
+    """A name for the files of each link that every system takes, no two of which differ in capitals alone."""
+    found: dict[str, str] = {}
+    for link in links:
+        plain = re.sub(r"[^A-Za-z0-9._-]", "_", link).lstrip(".")[:NAME_LENGTH] or "part"
+        taken = {name.lower() for name in found.values()}
+        found[link] = next(name for k in range(1, len(links) + 1) if (name := plain if k == 1 else f"{plain}_{k}").lower() not in taken)
+    return found
 
 
 def _head(cases: Cases) -> list[str]:
