@@ -111,6 +111,21 @@ def test_results_that_have_changed_are_refused(folder, tmp_path):
     assert len(ksl.free_bodies(tmp_path / "by_program", times=[0.5], robot=folder / "panda.urdf")) == 1
 
 
+def test_wrenches_that_a_file_of_load_cases_gives_are_read_again(folder, tmp_path):
+    """They change with time: the results hold their links alone."""
+    steps = "[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 80, 0, 0, 0], [2.5, 0, 0, 0, 0, 0, 0]"
+    motion, robot = (json.dumps(str(folder / name)) for name in ("panda_pick.csv", "panda.urdf"))
+    (tmp_path / "cases.toml").write_text(f'[defaults]\nmotion = {motion}\n[cases.free]\n[cases.pressed]\nexternal = [{{ link = "panda_flange", axes = "world", steps = [{steps}] }}]\n')
+    done = run_ksl("loads", json.loads(robot), "--cases", "cases.toml", "-o", "results", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    free, pressed = ksl.free_bodies(tmp_path / "results", times=[2.0], links=["panda_flange"])
+    assert (free.case, pressed.case) == ("free", "pressed")
+    external = [w for w in pressed.bodies["panda_link7"].wrenches if w.kind == "external"]
+    assert [w.name for w in external] == ["panda_flange"] and np.linalg.norm(external[0].wrench[:3]) == pytest.approx(80)
+    assert not [w for w in free.bodies["panda_link7"].wrenches if w.kind == "external"]
+    assert len(ksl.free_bodies(tmp_path / "results", times=[2.0], cases=["free"])) == 1
+
+
 def test_results_without_rates_are_refused(folder, tmp_path):
     import pyarrow as pa
     import pyarrow.parquet as pq

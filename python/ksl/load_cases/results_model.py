@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.load_cases.results_table import AGAIN, Results, beside
+from ksl.load_cases.case_file import read_cases
+from ksl.load_cases.results_table import AGAIN, Results, beside, reading_of
 from ksl.mechanism.requests import names_in_order
 from ksl.mechanism.states import Array
+from ksl.mechanism.calls import Calls
 from ksl.model.model import Model
 from ksl.model.surgery import with_body, with_compliances
+from ksl.motions.reading import read_external
 from ksl.robot_files.loading import load
 
 DIFFERENT = 1e-6
@@ -59,6 +62,33 @@ def model_of_results(results: Results, file: str, robot: str | os.PathLike[str] 
         physics=made.get("physics") or None, friction_width=float(width) if width else 0.01, loops=loops_of(results) or None, drives=made.get("drives") or None,
     )  # fmt: skip
     return as_described(loaded, made)
+
+
+def external_of_results(model: Calls, results: Results, time: Array) -> tuple[dict[str, Array], str]:
+    """The external wrenches of the load case, or why they can't be read again."""
+    if not results.description.get("external"):
+        return {}, ""
+    constant = results.description.get("external_wrenches", {})
+    if isinstance(constant, dict) and set(constant) == set(results.description["external"]):
+        return {link: np.broadcast_to(np.asarray(w, dtype=float), (len(time), 6)) for link, w in constant.items()}, ""
+    described = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "cases"]
+    if described and beside(results, described[0]).is_file():
+        return _of_case_file(cast("Model", model), results, beside(results, described[0])), ""
+    files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "external"]
+    if len(files) == 1 and beside(results, files[0]).is_file():
+        return dict(read_external(model, beside(results, files[0]), time)), ""
+    why = "results don't hold those that load cases or programs give as they change" if not files else "there are several files of them" if len(files) > 1 else "the file that they were read from is not found"
+    return {}, why
+
+
+def _of_case_file(model: Model, results: Results, file: Path) -> dict[str, Array]:
+    """Those that the file of load cases says, read again with its motions."""
+    motion = results.description.get("motion")
+    cases, _ = read_cases(model, file, motion=beside(results, motion) if motion else None, reading=reading_of(results))
+    found = next((case for case in cases if case.name == results.case), None)
+    if found is None or len(found.motion.time) != len(results.time):
+        raise MotionError(f"{file}: has no load case {results.case} with {len(results.time)} samples, which the results hold; {AGAIN}")
+    return dict(found.external)
 
 
 def require_same(model: Model, results: Results, file: str, states: tuple[Array, Array, Array], external: Mapping[str, Array]) -> None:

@@ -14,7 +14,7 @@ from ksl.base.arrow_files import arrow_file, with_text
 from ksl.base.errors import MotionError, near_names
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.mechanism.states import Array
-from ksl.motions.reading import read_external, read_motion
+from ksl.motions.reading import read_motion
 from ksl.motions.reading_options import OPTIONS as READING
 
 if TYPE_CHECKING:
@@ -209,32 +209,18 @@ def motion_of_results(model: Calls, results: Results) -> tuple[Array, Array, Arr
         named = results.description.get("motion")
         if not named:
             raise MotionError(f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate or j.name not in results.position)}; give the motion file instead of the results")
-        motion = read_motion(model, beside(results, named), **_reading(results))
+        motion = read_motion(model, beside(results, named), **reading_of(results))
         time, q, v, a = motion.time, motion.q, motion.v, motion.a
         if len(time) != len(results.time) or not np.allclose(time, results.time, rtol=1e-9, atol=1e-9):
             raise MotionError(f"{named}: its times are not those of the results, which it is needed for; {AGAIN}")
     return time, q, v, a
 
 
-def _reading(results: Results) -> dict[str, Any]:
+def reading_of(results: Results) -> dict[str, Any]:
     """How the run read its motion, as `read_motion` takes it."""
     options = results.made_by.get("options", {})
     found = {name: options[name] for name in READING if options.get(name) not in (None, "", False)}
     return found | ({"map": str(beside(results, str(found["map"])))} if "map" in found else {})
-
-
-def external_of_results(model: Calls, results: Results, time: Array) -> tuple[dict[str, Array], str]:
-    """The external wrenches of the load case, or why they can't be read again."""
-    if not results.description.get("external"):
-        return {}, ""
-    constant = results.description.get("external_wrenches", {})
-    if isinstance(constant, dict) and set(constant) == set(results.description["external"]):
-        return {link: np.broadcast_to(np.asarray(w, dtype=float), (len(time), 6)) for link, w in constant.items()}, ""
-    files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "external"]
-    if len(files) == 1 and beside(results, files[0]).is_file():
-        return dict(read_external(model, beside(results, files[0]), time)), ""
-    why = "results don't hold those that load cases or programs give as they change" if not files else "there are several files of them" if len(files) > 1 else "the file that they were read from is not found"
-    return {}, why
 
 
 def beside(results: Results, file: str) -> Path:
