@@ -1,5 +1,7 @@
 """Decks as solvers read them: all that they load a bar with sums up to nothing, in either units; how they hold it; what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bricks import bar
@@ -167,6 +169,14 @@ def test_what_makes_no_deck_is_said(tmp_path, options, said):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_mesh_asks_for_a_deck_and_names_make_no_lines_of_their_own(tmp_path):
+    mesh = bar(tmp_path / "bar.inp", "C3D8", SIZE, (2, 1, 1))
+    b = ksl.Builder("swing").add_link("base").add_link("bar, *STEP", 1.0, (0.2, 0, 0), np.eye(3)).add_joint("hinge", "revolute", "base", "bar, *STEP", axis=(0, 1, 0))
+    case = replace(ksl.compute_loads(b.build(), (np.arange(2.0), *np.ones((3, 2, 1)))).cases[0], name="a\n*STEP")
+    names = ksl.free_bodies(ksl.compute_loads(b.build(), cases=[case]), times=[0], links=["bar, *STEP"]).write(tmp_path, meshes={"bar, *STEP": mesh}, options=DeckOptions(sets={"hinge": "root"}))
+    assert names[-1] == "bar___STEP_calculix.inp" and (tmp_path / names[-1]).read_text().splitlines().count("*STEP") == 1
+
+
 def test_a_radius_takes_the_surface_around_the_point(tmp_path):
     text, _ = deck_of(tmp_path, radius={"hinge": 0.02})
     found = cards(text)
@@ -176,7 +186,5 @@ def test_a_radius_takes_the_surface_around_the_point(tmp_path):
 def test_meshes_of_links_without_free_body(tmp_path):
     with pytest.raises(ksl.PartError, match="meshes: no body named 'rod'"):
         bar_cases().write(tmp_path, "calculix", {"rod": "rod.inp"})
-    with pytest.raises(ksl.PartError, match="meshes are given, and no decks"):
-        bar_cases().write(tmp_path, (), {"bar": "bar.inp"})
     with pytest.raises(ksl.PartError, match="'ansys' is none of calculix, abaqus, nastran; users of other programs import free_bodies.csv"):
         bar_cases().write(tmp_path, "ansys")

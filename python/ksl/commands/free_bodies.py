@@ -22,7 +22,7 @@ PRINTED = 24
 def free_bodies(
     results: Annotated[Path, typer.Argument(parser=results_with_a_name, metavar="RESULTS", help="Folder that `ksl loads` has written.")],
     output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for free_bodies.csv, motions.csv, free_bodies.json and decks.")],
-    links: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only the free bodies of these links.")] = "",
+    links: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only the free bodies of these links; otherwise those that have a mesh, or all.")] = "",
     case: Annotated[list[str], typer.Option(metavar="NAME", help="Only this load case; may be repeated.")] = [],
     apart: Annotated[bool, typer.Option("--apart", help="Welded links each for itself, and not as one body.")] = False,
     frame: Annotated[list[str], typer.Option(metavar="LINK=X,Y,Z[,R,P,Y]", help="Frame of the CAD part in the link's, m and rad (roll, pitch, yaw); may be repeated.")] = [],
@@ -33,7 +33,7 @@ def free_bodies(
     stress: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="In few cases that keep most of some stresses: [LINK] WRENCH = [[six factors], …].")] = None,
     hull: Annotated[bool, typer.Option("--hull", help="In few cases that keep most of whatever the wrenches of a link stress.")] = False,
     most: Annotated[int | None, typer.Option(metavar="N", help="So many cases at most, of each link or section; otherwise as many as keep all.")] = None,
-    deck: Annotated[list[str], typer.Option(metavar="calculix|abaqus|nastran", help="Write decks with a step for each case; may be repeated.")] = [],
+    deck: Annotated[list[str], typer.Option(metavar="calculix|abaqus|nastran", help="Write decks with a step for each case; may be repeated. With a mesh, calculix without it.")] = [],
     mesh: Annotated[list[str], typer.Option(metavar="LINK=PART.inp", help="Mesh of the part, in its frame and the deck's units: the deck then runs as it is.")] = [],
     on_set: Annotated[list[str], typer.Option("--set", metavar="WRENCH=SET", help="Node set on which a joint or payload acts; otherwise that of its name.")] = [],
     radius: Annotated[list[str], typer.Option(metavar="WRENCH=R", help="Or it acts on the surface within so much of its point, m.")] = [],
@@ -59,15 +59,18 @@ def free_bodies(
         fail(f"{two[0]} and {two[1]}: each says which instants; give one of them")
     if most is not None and not (section or stress or hull):
         fail(f"--most {most}: is for --section, --stress or --hull; peaks and times have their number of cases")
+    meshes = _pairs(mesh, "--mesh", "PART.inp")
     try:
         with described_warnings():
             cases = compute(
-                results, numbers_of(times, "--times") if times else None, instants="hull" if hull else None, joints=_words(peaks), links=_words(links), stress=_factors(stress),
+                results, numbers_of(times, "--times") if times else None, instants="hull" if hull else None, joints=_words(peaks), links=_words(links) or (None if section or stress else list(meshes) or None), stress=_factors(stress),
                 sections=_sections(section), most=most, frames=_frames(frame), welded="apart" if apart else "together", cases=case or None, robot=robot_file,
             )  # fmt: skip
-            written = cases.write(output, deck, _pairs(mesh, "--mesh", "PART.inp"), _options(on_set, radius, units, young, poisson, density, coupling, relief), xlsx, force)
+            written = cases.write(output, deck, meshes, _options(on_set, radius, units, young, poisson, density, coupling, relief), xlsx, force)
     except (ValueError, OutputError) as e:
         fail(in_options(e, links=links, times=times, most=most, coupling=coupling, units=units))
+    for note in (*cases.notes, *cases.deck_notes):
+        errors.print(f"ksl: note: {note}")
     if json:
         from ksl.parts.write import as_dict
 
@@ -154,5 +157,3 @@ def _print(cases: FreeBodyCases) -> None:
         out.print(f"and {len(cases) - PRINTED} more")
     for what, share in cases.shares.items():
         out.print(Text(f"share kept of {what}: {share:.3f}"))
-    for note in (*cases.notes, *cases.deck_notes):
-        errors.print(f"ksl: note: {note}")

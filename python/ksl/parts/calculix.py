@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from ksl.base.printable import one_line
 from ksl.mechanism.states import Array
 from ksl.parts.part_loads import DeckCase, PartLoads, Seat
 
@@ -38,7 +39,7 @@ def deck(part: PartLoads, head: Sequence[str], solver: Solver) -> Iterator[str]:
 
 def _mesh(part: PartLoads) -> Iterator[str]:
     assert part.mesh is not None
-    yield f"** mesh: {part.mesh.file}"
+    yield f"** mesh: {one_line(part.mesh.file)}"
     yield "*NODE, NSET=PART_NODES"
     yield from (f"{n}, {_row(x)}" for n, x in zip(part.mesh.numbers.tolist(), part.mesh.points, strict=True))
     for block in part.mesh.blocks:

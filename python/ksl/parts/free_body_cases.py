@@ -22,7 +22,7 @@ class FreeBodyCases(Cases):
     ) -> list[str]:  # fmt: skip
         """Writes free_bodies.csv, a row for everything that acts; motions.csv, a row for each body; free_bodies.json; and decks.  Returns their names.
 
-        decks: "calculix", "abaqus", "nastran": LINK_calculix.inp … with a step or subcase for each case.  meshes: {link: .inp file} of parts, in the
+        decks: "calculix", which meshes alone ask for, too, "abaqus", "nastran": LINK_calculix.inp … with a step or subcase for each case.  meshes: {link: .inp file} of parts, in the
         part's frame and the deck's units; a deck then runs as it is.  Without one it has the loads and their reference nodes alone.
         options: :class:`ksl.parts.part_loads.DeckOptions`: units, material, node sets, coupling, inertia relief.
         xlsx: free_bodies.xlsx too; needs the extra `ksl[xlsx]`.  force: as in :meth:`ksl.Run.write`.

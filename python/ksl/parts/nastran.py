@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ksl.base.printable import one_line
 from ksl.mechanism.states import Array
 from ksl.parts.mesh import Block
 from ksl.parts.part_loads import DeckCase, PartLoads, Seat
@@ -46,7 +47,7 @@ def deck(part: PartLoads, head: Sequence[str]) -> Iterator[str]:
 
 def _mesh(part: PartLoads) -> Iterator[str]:
     assert part.mesh is not None
-    yield f"$ mesh: {part.mesh.file}"
+    yield f"$ mesh: {one_line(part.mesh.file)}"
     yield from (_grid(n, x) for n, x in zip(part.mesh.numbers.tolist(), part.mesh.points, strict=True))
     for block in part.mesh.blocks:
         yield from _elements(block, part.mesh.numbers)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.base.errors import PartError, unknown_name
+from ksl.base.printable import one_line
 from ksl.mechanism.lengths import far
 from ksl.mechanism.requests import one_of
 from ksl.mechanism.states import Array
@@ -115,9 +116,9 @@ def part_loads(cases: Cases, link: str, mesh: Mesh | None, options: DeckOptions)
         _check_extent(mesh, bodies, units, link)
     density = _density(bodies[0], mesh, material, units, link)
     seats = _seats(link, bodies, mesh, options, units)
-    made = tuple(_case(f"{link} {i}: {case.case} at {case.time:.6g} s, {case.reason}", body, seats, mesh, density, units, options.relief) for i, (case, body) in enumerate(zip(cases, bodies, strict=True), 1))
+    made = tuple(_case(one_line(f"{link} {i}: {case.case} at {case.time:.6g} s, {case.reason}"), body, seats, mesh, density, units, options.relief) for i, (case, body) in enumerate(zip(cases, bodies, strict=True), 1))
     holding = () if mesh is None else _holding(mesh, seats)
-    return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, tuple(_notes(link, bodies, made, mesh, density, units, options.radius)))
+    return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, tuple(map(one_line, _notes(link, bodies, made, mesh, density, units, options.radius))))
 
 
 def word_of(name: str) -> str:

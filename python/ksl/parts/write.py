@@ -17,6 +17,7 @@ from ksl._core import __version__
 from ksl.base import workbooks
 from ksl.base.csv_cells import csv_comment, csv_text
 from ksl.base.errors import PartError
+from ksl.base.printable import one_line
 from ksl.mechanism.given import names
 from ksl.output import OutputError, refuse_inputs, refuse_unknown, staged
 from ksl.parts import calculix, nastran
@@ -53,18 +54,16 @@ def write(
 ) -> tuple[list[str], list[str]]:  # fmt: skip
     """See :meth:`ksl.parts.free_body_cases.FreeBodyCases.write`.  Returns the names of files, and notes about decks."""
     folder, given = Path(directory), dict(meshes or {})
-    solvers = names(decks, "decks")
+    solvers = names(decks, "decks") if decks else ["calculix"] if given else []
     for solver in solvers:
         if solver not in SOLVERS:
             raise PartError(f"decks: {solver!r} is none of {', '.join(SOLVERS)}; users of other programs import {WRENCHES}")
-    if given and not solvers:
-        raise PartError("meshes are given, and no decks that they would be in; name some: decks=['calculix'] (--deck calculix)")
     if xlsx and (missing := workbooks.is_missing()):
         raise OutputError(f"{WORKBOOK}: {missing}")
     check_links(cases, given)
     parts = _parts(cases, given, options) if solvers else []
     names_of = _file_names([part.link for part in parts])
-    texts = {f"{names_of[part.link]}_{SOLVERS[solver]}": _deck(part, solver, _head(cases)) for part in parts for solver in solvers}
+    texts = {f"{names_of[part.link]}_{SOLVERS[solver]}": _deck(part, solver, [*_head(cases), *(one_line(note) for note in cases.notes)]) for part in parts for solver in solvers}
     known = [*FILES, *texts, *_earlier(folder)]
     refuse_inputs([folder / name for name in known], [os.fspath(mesh) for mesh in given.values()])
     with staged(folder, known, None if force else partial(_refuse_others, folder, known, cases.made_of["robot"])) as stage:
