@@ -69,15 +69,16 @@ def free_bodies(
             written = cases.write(output, deck, meshes, _options(on_set, radius, units, young, poisson, density, coupling, relief), xlsx, force)
     except (ValueError, OutputError) as e:
         fail(in_options(e, links=links, times=times, most=most, coupling=coupling, units=units))
-    for note in (*cases.notes, *cases.deck_notes):
-        errors.print(f"ksl: note: {note}")
     if json:
         from ksl.parts.write import as_dict
 
         print_json(as_dict(cases), indent=1)
-        return
-    _print(cases)
-    print(f"written to {output}: {', '.join(written)}")
+    else:
+        _print(cases)
+    for note in (*cases.notes, *cases.deck_notes):
+        errors.print(f"ksl: note: {note}")
+    if not json:
+        print(f"written to {output}: {', '.join(written)}")
 
 
 def numbers_of(text: str, option: str) -> list[float]:

@@ -62,17 +62,19 @@ class Mesh:
         of_one, of_r = np.zeros(len(self.points)), np.zeros((len(self.points), 3))
         for block in self.blocks:
             at, weight = block.of.rule
-            N, slope = block.of.shape(at), block.of.slope(at)
+            N, slope = block.of.shape(at), np.moveaxis(block.of.slope(at), 1, 0).reshape(block.of.nodes, -1)
+            pairs = (N[:, :, None] * N[:, None]).reshape(len(at), -1)
             for part in np.array_split(np.arange(len(block.nodes)), max(1, len(block.nodes) // 2048)):
                 nodes = block.nodes[part]
                 x = self.points[nodes]
-                jacobian = np.linalg.det(np.einsum("eni,pnj->epij", x, slope))
+                by_place = (np.moveaxis(x, 1, 2) @ slope).reshape(len(x), 3, len(at), 3)
+                jacobian = np.einsum("eip,eip->ep", by_place[..., 0], np.cross(by_place[..., 1], by_place[..., 2], axis=1))
                 if not (jacobian > 0).all():
                     bad = block.numbers[part][int(np.argwhere(~(jacobian > 0))[0, 0])]
                     raise PartError(f"{self.file}: element {bad} ({block.kind}) is turned inside out or has no volume; mesh the part again")
                 volume = jacobian * weight
-                np.add.at(of_one, nodes, np.einsum("ep,pn->en", volume, N))
-                np.add.at(of_r, nodes, np.einsum("ep,pn,pm,emi->eni", volume, N, N, x, optimize=True))
+                np.add.at(of_one, nodes, volume @ N)
+                np.add.at(of_r, nodes, (volume @ pairs).reshape(len(x), N.shape[1], -1) @ x)
         return of_one, of_r
 
     @property
