@@ -121,7 +121,9 @@ class BodiesOverTime:
         force = m * acceleration + np.cross(turn, h) + np.cross(spin, np.cross(spin, h))
         moment = np.cross(h, acceleration) + turn @ I + np.cross(spin, spin @ I)
         weight = np.concatenate([m * field, np.cross(h, field)], axis=1)
-        return BodyOverTime(top, links, tuple(_renamed(entries)), weight, -np.concatenate([force, moment], axis=1), (acceleration, spin, turn), field, m, h / m if m > ROUND_OFF * whole else np.zeros(3))
+        inertia = -np.concatenate([force, moment], axis=1)
+        center = h / m if m > ROUND_OFF * whole else np.zeros(3)
+        return BodyOverTime(top, links, tuple(_renamed(entries)), weight, inertia, (acceleration, spin, turn), field, m, center)
 
     def free_bodies(self, k: int, links: Iterable[str]) -> dict[str, FreeBody]:
         """The free bodies of sample k."""

@@ -148,10 +148,11 @@ def _doubts(moved: Moved, frames: Mapping[str, given.PoseLike], sections: Mappin
 
 def _open_notes(cases: Sequence[FreeBodyCase]) -> list[str]:
     """Bodies some of whose wrenches rigid bodies leave open."""
-    found = {f"{w.name}": top for case in cases for top, body in case.bodies.items() for w in body.wrenches if w.undetermined.any()}
+    found = dict.fromkeys(w.name for case in cases for body in case.bodies.values() for w in body.wrenches if w.undetermined.any())
     if not found:
         return []
-    return [f"rigid bodies leave components open at {', '.join(found)}: free bodies with these are in balance, but not complete; stiffnesses of the joints (--stiffness of `ksl loads`) decide them"]
+    said = f"rigid bodies leave components open at {', '.join(found)}: free bodies with these are in balance, but not complete"
+    return [f"{said}; stiffnesses of the joints (--stiffness of `ksl loads`) decide them"]
 
 
 def _made_of(moved: Sequence[Moved], results: Results) -> dict[str, str]:

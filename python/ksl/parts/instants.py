@@ -112,9 +112,11 @@ def _keep(chosen: Chosen, moved: Sequence[Moved], what: str, vectors: Array, mos
         chosen.add((case, int(k - starts[case])), (what, "extreme"))
     chosen.shares[what] = share
     if share == 0:
-        chosen.notes.append(f"{what}: {len(kept)} cases keep nothing for certain, since its loads have more dimensions; ask for more cases, or for stresses of single sections")
+        mend = "ask for more cases, or for stresses of single sections"
+        chosen.notes.append(f"{what}: {len(kept)} cases keep nothing for certain, since its loads have more dimensions; {mend}")
     elif share < 1 - 1e-9:
-        chosen.notes.append(f"{what}: {len(kept)} of {len(vectors)} samples keep {share:.2f} of whatever is linear in its loads: a stress may be up to {1 / share:.3g} times what the cases show")
+        few = f"{what}: {len(kept)} of {len(vectors)} samples keep {share:.2f} of whatever is linear in its loads"
+        chosen.notes.append(f"{few}: a stress may be up to {1 / share:.3g} times what the cases show")
 
 
 def _vectors(moved: Sequence[Moved], link: str) -> list[dict[str, Array]]:

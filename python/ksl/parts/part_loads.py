@@ -25,6 +25,9 @@ Coupling = Literal["distributing", "rigid"]
 FAR = 30.0
 """A mesh that is so many times as large as what its loads reach, or so small a share of it, is in other units."""
 
+NOTICED = 1e-6
+"""What three nodes hold of the balance is said from this share of the largest force on."""
+
 
 @dataclass(frozen=True)
 class DeckOptions:
@@ -116,9 +119,11 @@ def part_loads(cases: Cases, link: str, mesh: Mesh | None, options: DeckOptions)
         _check_extent(mesh, bodies, units, link)
     density = _density(bodies[0], mesh, material, units, link)
     seats = _seats(link, bodies, mesh, options, units)
-    made = tuple(_case(one_line(f"{link} {i}: {case.case} at {case.time:.6g} s, {case.reason}"), body, seats, mesh, density, units, options.relief) for i, (case, body) in enumerate(zip(cases, bodies, strict=True), 1))
+    titles = [one_line(f"{link} {i}: {case.case} at {case.time:.6g} s, {case.reason}") for i, case in enumerate(cases, 1)]
+    made = tuple(_case(title, body, seats, mesh, density, units, options.relief) for title, body in zip(titles, bodies, strict=True))
     holding = () if mesh is None else _holding(mesh, seats)
-    return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, tuple(map(one_line, _notes(link, bodies, made, mesh, density, units, options.radius))))
+    notes = tuple(_notes_of_mesh(link, bodies[0], made, mesh, density, units) if mesh else _notes_without(link, bodies, options.radius))
+    return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, notes)
 
 
 def word_of(name: str) -> str:
@@ -178,7 +183,8 @@ def _seats(link: str, bodies: Sequence[FreeBody], mesh: Mesh | None, options: De
         faces, nodes = ([], np.zeros(0, dtype=np.intp)) if mesh is None else _carrying(link, name, point, mesh, options, units)
         shared = next((seat.name for seat in seats if np.intersect1d(seat.nodes, nodes).size), "") if options.coupling == "rigid" else ""
         if shared:
-            raise PartError(f"{link}: {shared} and {name} act on the same nodes, which can't be of two rigid bodies; take coupling='distributing' (--coupling distributing), or other sets")
+            said = f"{link}: {shared} and {name} act on the same nodes, which can't be of two rigid bodies"
+            raise PartError(f"{said}; take coupling='distributing' (--coupling distributing), or other sets")
         seats.append(Seat(name, word, node, point, faces, nodes))
         node += 2  # rigid bodies have a node for rotations, too
     return tuple(seats)
@@ -197,7 +203,8 @@ def _carrying(link: str, name: str, point: Array, mesh: Mesh, options: DeckOptio
         asked = options.sets.get(name, name)
         found = mesh.named(asked)
         if found is None:
-            raise PartError(f"{mesh.lacks(asked)}; say on which set {name} of {link} acts, sets= (--set '{name}=SET'), or how near to it nodes carry it, radius= (--radius '{name}=0.02')")
+            by_set, by_radius = f"sets= (--set '{name}=SET')", f"radius= (--radius '{name}=0.02')"
+            raise PartError(f"{mesh.lacks(asked)}; say on which set {name} of {link} acts, {by_set}, or how near to it nodes carry it, {by_radius}")
         near, where, mend = found, f"in the set {asked}", "the set must hold all nodes of some faces"
     faces, nodes = mesh.faces_of(near)
     if not faces:
@@ -250,24 +257,25 @@ def _holding(mesh: Mesh, seats: Sequence[Seat]) -> tuple[tuple[int, int], ...]:
     return ((at[0], 0), (at[0], 1), (at[0], 2), (at[1], chosen[0][0]), (at[1], chosen[0][1]), (at[2], chosen[1]))
 
 
-def _notes(link: str, bodies: Sequence[FreeBody], cases: Sequence[DeckCase], mesh: Mesh | None, density: float, units: Units, radius: Mapping[str, float]) -> list[str]:
+def _notes_without(link: str, bodies: Sequence[FreeBody], radius: Mapping[str, float]) -> list[str]:
+    """What a deck without a mesh lacks, and radii that are likely in millimetres."""
+    doubts = [line for name, r in radius.items() for line in far(f"the radius of {name} is", r, _reach(bodies))]
+    return [*doubts, f"{link}: without a mesh the deck has the loads and their reference nodes, and no forces of the angular acceleration"]
+
+
+def _notes_of_mesh(link: str, body: FreeBody, cases: Sequence[DeckCase], mesh: Mesh, density: float, units: Units) -> list[str]:
     """How the part's own mass compares with that of the link, and what nodes hold of it."""
-    body = bodies[0]
-    if mesh is None:
-        doubts = [line for name, r in radius.items() for line in far(f"the radius of {name} is", r, _reach(bodies))]
-        return [*doubts, f"{link}: without a mesh the deck has the loads and their reference nodes, and no forces of the angular acceleration"]
     volume, first, _ = mesh.inertia()
     apart = float(np.linalg.norm(first / volume / units.length - body.center_of_mass))
-    mass = density * volume / units.mass
-    found = [f"{link}: the mesh has {mass:.4g} kg ({density / units.density:.4g} kg/m³), the link {body.mass:.4g} kg; their centres are {apart * 1e3:.3g} mm apart"]
+    mass = f"{density * volume / units.mass:.4g} kg ({density / units.density:.4g} kg/m³)"
+    found = [f"{link}: the mesh has {mass}, the link {body.mass:.4g} kg; their centres are {apart * 1e3:.3g} mm apart"]
     largest = max(float(np.linalg.norm(case.at_seats[:, :3], axis=1).max(initial=0)) for case in cases)
     left = max(float(np.linalg.norm(case.unbalance[:3])) for case in cases)
     turned = max(float(np.linalg.norm(case.unbalance[3:])) for case in cases)
-    if left > 1e-6 * largest or turned > 1e-6 * largest * mesh.extent:
-        found.append(
-            f"{link}: three nodes hold up to {left / units.force:.3g} N and {turned / units.moment:.3g} N m that the mesh's own mass leaves of the balance, of {largest / units.force:.4g} N at the joints; "
-            "relief=True (--relief) takes the accelerations with which it is in balance"
-        )
+    if left > NOTICED * largest or turned > NOTICED * largest * mesh.extent:
+        held = f"three nodes hold up to {left / units.force:.3g} N and {turned / units.moment:.3g} N m"
+        of_joints = f"of {largest / units.force:.4g} N at the joints"
+        found.append(f"{link}: {held} that the mesh's own mass leaves of the balance, {of_joints}; relief=True (--relief) takes the accelerations with which it is in balance")
     return found
 
 

@@ -80,9 +80,10 @@ def write(
 
 def as_dict(cases: Cases) -> dict[str, Any]:
     """Everything in numbers and words, as JSON can hold it."""
+    bodies = [{top: body.as_dict() for top, body in case.bodies.items()} for case in cases]
     rows = [
-        {"time": case.time, "load_case": case.case, "why": [list(pair) for pair in case.why], "complete": case.complete, "bodies": {top: body.as_dict() for top, body in case.bodies.items()}}
-        for case in cases
+        {"time": case.time, "load_case": case.case, "why": [list(pair) for pair in case.why], "complete": case.complete, "bodies": of}
+        for case, of in zip(cases, bodies, strict=True)
     ]
     return {"made_of": cases.made_of, "conventions": CONVENTIONS, "shares": cases.shares, "notes": list(cases.notes), "cases": rows}
 
@@ -148,7 +149,8 @@ def _motion_rows(cases: Cases) -> list[list[Any]]:
         for top, body in case.bodies.items():
             vectors = (body.center_of_mass, body.acceleration, body.gravity_field, body.angular_velocity, body.angular_acceleration)
             left = [float(abs(body.residual[part]).max()) for part in (slice(0, 3), slice(3, 6))]
-            rows.append([i, case.case, top, body.frame, " ".join(body.links), case.reason, case.time, body.mass, *(float(x) for v in vectors for x in v), *left, "yes" if body.complete else "no"])
+            words = [i, case.case, top, body.frame, " ".join(body.links), case.reason]
+            rows.append([*words, case.time, body.mass, *(float(x) for v in vectors for x in v), *left, "yes" if body.complete else "no"])
     return rows
 
 
