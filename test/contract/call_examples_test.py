@@ -14,13 +14,13 @@ import ksl
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 MAIN = (
-    ksl.load, ksl.load_string, ksl.Builder, ksl.compute_loads, ksl.hold, ksl.size, ksl.sweep, ksl.frequencies, ksl.check, ksl.read_motion, ksl.Run.write,
+    ksl.load, ksl.load_string, ksl.Builder, ksl.compute_loads, ksl.hold, ksl.free_bodies, ksl.size, ksl.sweep, ksl.frequencies, ksl.check, ksl.read_motion, ksl.Run.write,
     ksl.Pose.from_rpy, ksl.Pose.from_quaternion,
     *(getattr(ksl.Model, name) for name in (
         "inverse_dynamics", "reactions", "effort_parts", "bias", "gravity_torque", "forward_dynamics", "hybrid_dynamics", "mass_matrix", "coriolis_matrix",
         "frame_pose", "frame_poses", "frame_velocity", "frame_acceleration", "jacobian", "energy", "center_of_mass", "inverse_dynamics_derivatives",
         "inverse_dynamics_regressor", "integrate", "difference", "inverse_kinematics", "wrench_table", "section_wrench", "with_physics", "with_payload",
-        "with_frame", "with_frozen_joints", "random", "modes", "compliance", "deflection", "equilibrium", "linearise",
+        "with_frame", "with_frozen_joints", "random", "free_bodies", "modes", "compliance", "deflection", "equilibrium", "linearise",
     )),
 )  # fmt: skip
 SHAPE = re.compile(r"# \(([\w ,·]+)\)")

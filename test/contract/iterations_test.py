@@ -85,6 +85,8 @@ NEED_NONE = {
     "motions/generate/profiles.py: _fastest_within_efforts": "a search in a bracket of one number, whose ends are motions within the limits as well",
     "motions/generate/sweep.py: chirp": "raises MotionError",
     "robot_files/usd/masses.py: principal_axes": "Jacobi's rotations of three by three elements, which end in rounding after about ten of fifty",
+    "parts/hull.py: _spanning": "the samples that others are added to; the share is that of whatever they are",
+    "parts/hull.py: _gauge": "a linear program, which ends at its optimum or raises ResultError",
     "viewer/shapes.py: simplified": "how many triangles are drawn",
     "sizing/spectra/bearing_classes.py: bearing_classes": "raises SizingError; the classes are doubled to say how many do",
     "sizing/spectra/bearing_classes.py: _exponent": "a bisection of a monotone function down to rounding; what has no root stays as it is, and the error that is left is judged",

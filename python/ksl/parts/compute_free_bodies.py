@@ -62,8 +62,8 @@ def free_bodies(
     `notes`; and `write(folder)`.  O(samples × links), and linear programs for shares: milliseconds for each sample that is looked at.
     Raises MotionError, DescriptionError, ArgumentError.  Needs the extra `ksl[loads]`.
 
-        run = ksl.compute_loads("panda.urdf", "panda_pick.csv")
-        cases = ksl.free_bodies(run, links=["panda_link3"])
+        run = ksl.compute_loads("robot.urdf", "motion.csv")
+        cases = ksl.free_bodies(run, links=["forearm_link"])
         cases.write("parts")
     """
     one_of(welded, "welded", "together", "apart")

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.errors import ResultError
 from ksl.base.extras import require
 from ksl.mechanism.states import Array
 
@@ -93,6 +94,8 @@ def _gauge(kept: Array, w: Array) -> tuple[float, Array]:
     from scipy.optimize import linprog
 
     found = linprog(-w, A_ub=np.vstack([kept, -kept]), b_ub=np.ones(2 * len(kept)), bounds=(None, None), method="highs")
+    if found.status != 0:
+        raise ResultError(f"share of stresses: a linear program found no optimum ({found.message}); ask for another number of cases")
     return float(-found.fun), np.asarray(found.x)
 
 
