@@ -13,6 +13,7 @@ What there is for users; help(ksl.load) and the like say more:
     jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; frequencies; free_bodies: load cases of parts;
                   check: Findings of one Finding each;
                   compare: a Comparison with other libraries; generate: plain C of one robot
+    legs          actuation(m, joints): an Actuation, what motors do to joints through rods, and back
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
@@ -57,6 +58,8 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.robot_files.loading import load as load
     from ksl.robot_files.loading import load_string as load_string
     from ksl.generation.generate import generate as generate
+    from ksl.drivetrain.actuation import Actuation as Actuation
+    from ksl.drivetrain.actuation import actuation as actuation
     from ksl.mechanism.mechanism import Joint as Joint
     from ksl.mechanism.mechanism import Link as Link
     from ksl.model.model import Model as Model
@@ -79,6 +82,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
 
 _MODULE_OF = {
     "Acceleration": "ksl.spatial",
+    "Actuation": "ksl.drivetrain.actuation",
     "Builder": "ksl.model.builder",
     "CaseError": "ksl.base.errors",
     "Comparison": "ksl.comparison.results",
@@ -105,6 +109,7 @@ _MODULE_OF = {
     "ViewerError": "ksl.base.errors",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
+    "actuation": "ksl.drivetrain.actuation",
     "check": "ksl.checks.run",
     "compare": "ksl.comparison.compare_robot",
     "compute_loads": "ksl.report.compute_loads",
@@ -140,6 +145,7 @@ __all__ = list(_MODULE_OF)
 
 _higher_rooms.FUNCTIONS.update(
     {
+        "actuation": "ksl.drivetrain.actuation:actuation",
         "_repr_html_": "ksl.viewer.notebook:html_of",
         "compile": "ksl.generation.compiled:compiled",
         "compliance": "ksl.small_motions.compliance:compliance",

@@ -281,6 +281,18 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         """
         return cast("Mapping[str, FreeBody]", function_of("free_bodies")(self, q, v, a, external, welded, external_axes))
 
+    def actuation(self, joints: Iterable[str], start: ArrayLike | None = None) -> Any:
+        """The map between what motors do and what these joints do, through the rods and cranks between them; see :func:`ksl.actuation`.
+
+        joints: names, in the order of the columns of its arrays.  start (nq): a closed position on the assembly that is meant, by default the
+        closed one nearest to neutral.  Raises ValueError for joints that no motor moves, or that are not as many as the freedoms.  The result is a
+        `ksl.Actuation`, as editors see it of `ksl.actuation(m, joints)`.
+
+            a = m.actuation(["ankle_pitch", "ankle_roll"])
+            tau_motors = a.motor_efforts(q, v, a)
+        """
+        return function_of("actuation")(self, joints, start)
+
     def show(
         self,
         q: ArrayLike | None = None,

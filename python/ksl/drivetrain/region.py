@@ -1,0 +1,51 @@
+"""Positions that a mechanism can use: within all limits, in reach, and on the side of `hold` on which the motors pull as at the start."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl.drivetrain.assembly import follow, positions_of
+from ksl.drivetrain.motion import MotionMap
+from ksl.drivetrain.ranges import range_of
+from ksl.mechanism.states import Array
+
+DRAWN_BACK = 0.05
+"""The share of a range, next to an end by reach or hold, in which positions are left out: efforts or velocities have no bound there."""
+WEAKEST = 0.1
+"""Determinants of motors' rates by joints' rates that are smaller, relative to that at the middle, are left out, and 1 / this for larger ones."""
+
+
+def usable_ranges(a: MotionMap, at: Array) -> Array:
+    """Lower and upper ends (joints, 2) of each joint from `at`, the others kept; drawn back from reach and hold; a turn where nothing ends it."""
+    found = []
+    for joint in a.joints:
+        r = range_of(a, joint, at, limits=True)
+        ends = np.array([r.lower, r.upper])
+        centre = float(at[a.joints.index(joint)])
+        ends = np.where(np.isfinite(ends), ends, centre + np.array([-np.pi, np.pi]))
+        back = DRAWN_BACK * (ends[1] - ends[0])
+        found.append(ends + np.where([r.lower_by in ("reach", "hold"), r.upper_by in ("reach", "hold")], [back, -back], 0.0))
+    return np.array(found)
+
+
+def within(a: MotionMap, q: Array) -> NDArray[np.bool_]:
+    """Which positions q (n, joints) all limits, reach and hold allow."""
+    equations = a.equations
+    part, m = equations.part, equations.m
+    Q = follow(equations, a.start, part.of_joints, q, detours=False)
+    allowed: NDArray[np.bool_] = np.asarray(~np.isnan(Q).any(axis=1))
+    index = [k for joint in m.joints if joint.nv and joint.v_index in part.all for k in range(joint.q_index, joint.q_index + joint.nq)]
+    allowed[allowed] &= ((Q[allowed][:, index] >= m.lower[index] - 1e-9) & (Q[allowed][:, index] <= m.upper[index] + 1e-9)).all(axis=1)
+    if allowed.any():
+        determinants = np.linalg.det(a.motor_jacobian(q[allowed])) / np.linalg.det(a.motor_jacobian(a.start[positions_of(equations, part.of_joints)]))
+        allowed[allowed] &= (determinants > WEAKEST) & (determinants < 1 / WEAKEST)
+    return allowed
+
+
+def usable_positions(a: MotionMap, at: Array, count: int, seed: int = 0) -> Array:
+    """At most `count` random positions (n, joints), uniform over the ranges, of which those that aren't allowed are left out."""
+    ends = usable_ranges(a, at)
+    q = np.random.default_rng(seed).uniform(ends[:, 0], ends[:, 1], (count, len(ends)))
+    found: Array = q[within(a, q)]
+    return found if len(found) else at[None]

@@ -1,0 +1,76 @@
+"""Polytopes and boxes against linear programmes, and ranges against the geometry of rods."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.optimize import linprog
+
+from examples import JOINTS, leg
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_polytopes_are_what_linear_programmes_reach(name):
+    a = leg(name)
+    limits = a.model.effort_limit[[a.model.joint(motor).v_index for motor in a.motors]]
+    for q in a.usable(3, seed=1):
+        J, vertices = a.jacobian(q), a.effort_polytope(q)
+        assert len(vertices) == 2 ** len(a.motors)
+        for direction in np.random.default_rng(2).normal(size=(6, len(a.joints))):
+            best = linprog(-direction, A_ub=np.vstack([J.T, -J.T]), b_ub=np.tile(limits, 2), bounds=(None, None))  # |Jᵀ τ| ≤ limits
+            assert_allclose((vertices @ direction).max(), -best.fun, rtol=1e-7)
+
+
+@pytest.mark.parametrize("name", JOINTS)
+@pytest.mark.parametrize("what", ["effort", "velocity"])
+def test_boxes_are_inside_and_none_is_larger(name, what):
+    """Each corner keeps the motors' limits; the gradient of the volume is a sum of those of limits that it reaches (Karush, Kuhn, Tucker), so that it is the largest."""
+    a = leg(name)
+    rows = [a.model.joint(motor).v_index for motor in a.motors]
+    limits = (a.model.effort_limit if what == "effort" else a.model.velocity_limit)[rows]
+    for q in a.usable(4, seed=5):
+        half = (a.effort_box if what == "effort" else a.velocity_box)(q)[:, 1]
+        to_motors = a.jacobian(q).T if what == "effort" else a.motor_jacobian(q)
+        used = np.array([to_motors @ (s * half) for s in product((-1, 1), repeat=len(half))]) / limits
+        assert np.abs(used).max() <= 1 + 1e-9
+        reached = np.abs(used).max(axis=0) > 1 - 1e-7
+        multipliers, rest, *_ = np.linalg.lstsq(np.abs(to_motors[reached]).T / limits[reached], 1 / half, rcond=None)
+        assert (multipliers > -1e-6).all()
+        assert_allclose(np.abs(to_motors[reached]).T / limits[reached] @ multipliers, 1 / half, rtol=1e-5)
+
+
+def test_a_parallelogram_ends_where_its_links_are_in_line():
+    """Both rods at once: determinants touch zero there and don't change their sign."""
+    r = leg("two_rod_ankle").range("ankle_pitch", limits=False)
+    assert_allclose([r.lower, r.upper], [-np.pi / 2, np.pi / 2], atol=1e-6)
+    assert (r.lower_by, r.upper_by) == ("reach", "reach")
+
+
+def test_a_knee_holds_until_its_rod_points_at_the_axis():
+    a = leg("four_bar_knee")
+    r = a.range("knee")
+    assert (r.lower, r.lower_by, r.lower_name) == (pytest.approx(-0.05), "limit", "knee") and r.upper_by == "hold"
+    Q, _, _ = a.state([r.upper])
+    knee, top, end = (a.model.frame_pose(Q, "knee")[:3, 3], a.model.frame_pose(Q, "rod")[:3, 3], (a.model.frame_pose(Q, "rod") @ [0.02, 0, -0.32, 1])[:3])
+    assert_allclose(np.cross(top - knee, end - top), 0, atol=1e-9)
+    with pytest.raises(ValueError, match="knee_motor hold nothing there"):
+        a.jacobian([r.upper])
+
+
+def test_a_platform_reaches_until_a_crank_is_in_line_with_its_rod():
+    a = leg("three_rod_platform")
+    r = a.range("heave", limits=False)
+    crank, rod, out = 0.06, 0.22, 0.12 - 0.06  # the ball is 0.06 m further out than the crank's pivot, and 0.22 m above it
+    assert_allclose(r.upper, np.sqrt((crank + rod) ** 2 - out**2) - 0.22, atol=1e-6)
+    assert r.upper_by == "reach"
+    with pytest.raises(ValueError, match="of state 1: heave, pitch, roll = .* is out of reach"):
+        a.motors_of([[0, 0, 0], [r.upper + 1e-4, 0, 0]])
+    assert np.isfinite(a.motors_of([r.upper - 1e-6, 0, 0])).all()
+    found = a.motors_of([[0, 0, 0], [r.upper + 1e-4, 0, 0]], unreachable="nan")
+    assert np.isnan(found[1]).all() and np.isfinite(found[0]).all()
+
+
+def test_ranges_without_an_end():
+    r = leg("differential_wrist").range("roll", limits=False)
+    assert (r.lower, r.upper, r.lower_by, r.upper_by) == (-np.inf, np.inf, "none", "none")

@@ -1,0 +1,102 @@
+"""The serial model: what is exact, what is best, and that KSL and MuJoCo read from its files the same numbers."""
+
+import warnings
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import ksl
+from examples import JOINTS, leg, model
+
+AT = {"two_rod_ankle": [0.1, -0.1], "four_bar_knee": [0.4], "differential_wrist": [0.02, 1.0], "three_rod_platform": [0.01, 0.05, -0.1]}
+
+
+def first_moment(m, Q):
+    """Of all links, those on the ground included, kg m."""
+    return sum(m.frame_pose(Q, link.name)[:3, :3] @ link.first_moment + link.mass * m.frame_pose(Q, link.name)[:3, 3] for link in m.links)
+
+
+def at_joints(serial, names, x):
+    out = np.zeros((*np.shape(x)[:-1], serial.nv))
+    out[..., [serial.joint(name).v_index for name in names]] = x
+    return out
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_what_is_exact_at_its_place(name):
+    a, q = leg(name), np.array(AT[name])
+    serial = a.serial_model(at=q)
+    assert serial.loop_names == [] and set(a.joints) <= set(serial.joint_names) and "armature" in serial.physics
+    Q, S = a.state(q)[0], at_joints(serial, a.joints, q)
+    assert_allclose(serial.mass, a.model.mass, rtol=1e-12)
+    assert_allclose(first_moment(serial, S), first_moment(a.model, Q), atol=1e-10)
+    B = a.equations.motions(Q[None], [a.model.joint(joint).v_index for joint in a.joints])[0]
+    closed = B.T @ a.model.with_physics(["rotor", "armature"]).without_loops().mass_matrix(Q) @ B
+    own = [serial.joint(joint).v_index for joint in a.joints]
+    assert_allclose(np.diag(serial.mass_matrix(S))[own], np.diag(closed), rtol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["two_rod_ankle", "four_bar_knee"])
+def test_efforts_near_its_place_are_better_than_without_rods(name):
+    a, q = leg(name), np.array(AT[name])
+    serial, rng = a.serial_model(at=q), np.random.default_rng(0)
+    states = q + rng.uniform(-0.15, 0.15, (60, len(q))), rng.normal(size=(60, len(q))), 30 * rng.normal(size=(60, len(q)))
+    e = a.serial_errors(serial, *states)
+    assert (e.root_mean_square < 0.6 * e.naive_root_mean_square).all() and (e.mean <= e.root_mean_square).all() and (e.root_mean_square <= e.largest).all()
+    own = [serial.joint(joint).v_index for joint in a.joints]
+    errors = serial.inverse_dynamics(*(at_joints(serial, a.joints, x) for x in states))[:, own] - a.static_joint_efforts(states[0], a.with_rotors.motor_efforts(*states))
+    assert_allclose(e.largest, np.abs(errors).max(axis=0), rtol=1e-10)
+
+
+def test_limits():
+    """The safe box keeps the motors' limits at every position, and the mean is no smaller."""
+    a = leg("two_rod_ankle")
+    safe, mean = a.serial_model(), a.serial_model(limits="mean")
+    tau = np.array([safe.joint(joint).effort for joint in a.joints])
+    q = a.usable(200)
+    for signs in ((1, 1), (1, -1)):
+        assert (np.abs(a.static_motor_efforts(q, np.broadcast_to(tau * signs, q.shape))) <= 36.5).all()
+    assert all(mean.joint(joint).effort >= safe.joint(joint).effort for joint in a.joints)
+    assert_allclose([safe.joint("ankle_pitch").damping, safe.joint("ankle_roll").damping], [2 * 0.02, 2 * 0.02 * 0.8**2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["two_rod_ankle", "four_bar_knee"])
+def test_files(name, tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    a = leg(name)
+    serial = a.serial_model()
+    ksl.mjcf.write(serial, tmp_path / "serial.xml")
+    serial.to_urdf(tmp_path / "serial.urdf")
+    q = serial.random(1)
+    mj = mujoco.MjModel.from_xml_path(str(tmp_path / "serial.xml"))
+    d, M = mujoco.MjData(mj), np.zeros((serial.nv, serial.nv))
+    d.qpos[:] = q
+    mujoco.mj_forward(mj, d)
+    mujoco.mj_fullM(mj, d, M)
+    want = serial.with_physics(["rotor", "armature"]).mass_matrix(q)
+    assert_allclose(M, want, rtol=1e-9, atol=1e-12)
+    assert_allclose(d.qfrc_bias, serial.gravity_torque(q), rtol=1e-9, atol=1e-10)
+    for joint in a.joints:
+        assert_allclose(mj.jnt_actfrcrange[mj.joint(joint).id], [-serial.joint(joint).effort, serial.joint(joint).effort])
+    assert_allclose(ksl.load(tmp_path / "serial.urdf", physics=serial.physics).mass_matrix(q), serial.mass_matrix(q), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["two_rod_ankle", "four_bar_knee", "three_rod_platform"])
+def test_the_closed_mechanism_as_mjcf(name, tmp_path):
+    """Its constraints are closed where KSL's are, and its drives are the same."""
+    pytest.importorskip("mujoco")
+    m = model(name)
+    ksl.mjcf.write(m, tmp_path / "closed.xml")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ksl.DescriptionWarning)  # that two points are read as one hinge
+        again = ksl.load(tmp_path / "closed.xml")
+    Q = leg(name).state(leg(name).usable(4))[0]
+    assert again.joint_names == m.joint_names and again.drives == m.drives
+    assert np.abs(again.loop_error(Q)).max() < 1e-9
+    assert_allclose(again.without_loops().gravity_torque(Q), m.without_loops().gravity_torque(Q), atol=1e-10)
+
+
+def test_loops_that_mjcf_lacks():
+    with pytest.raises(ValueError, match="loop joint screw: MJCF has no constraint that is a helical joint"):
+        ksl.mjcf.text(model("differential_wrist"))
