@@ -13,7 +13,7 @@ What there is for users; help(ksl.load) and the like say more:
     jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; frequencies; free_bodies: load cases of parts;
                   check: Findings of one Finding each;
                   compare: a Comparison with other libraries; generate: plain C of one robot
-    legs          actuation(m, joints): an Actuation, what motors do to joints through rods, and back
+    legs          actuation(m, joints): an Actuation, what motors do to joints through rods, and back; compute_actuation: an ActuationRun, its report
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
     modules       simulation: controllers, brakes and results of m.simulate; identification, base_parameters, consistency; mjcf, states in MuJoCo's layout; torch, jax
@@ -66,6 +66,8 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.motions.efforts import read_efforts as read_efforts
     from ksl.motions.reading import read_motion as read_motion
     from ksl.parts.compute_free_bodies import free_bodies as free_bodies
+    from ksl.report.compute_actuation import ActuationRun as ActuationRun
+    from ksl.report.compute_actuation import compute_actuation as compute_actuation
     from ksl.report.compute_loads import compute_loads as compute_loads
     from ksl.report.hold_pose import hold as hold
     from ksl.report.loads_run import Run as Run
@@ -83,6 +85,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
 _MODULE_OF = {
     "Acceleration": "ksl.spatial",
     "Actuation": "ksl.drivetrain.actuation",
+    "ActuationRun": "ksl.report.compute_actuation",
     "Builder": "ksl.model.builder",
     "CaseError": "ksl.base.errors",
     "Comparison": "ksl.comparison.results",
@@ -112,6 +115,7 @@ _MODULE_OF = {
     "actuation": "ksl.drivetrain.actuation",
     "check": "ksl.checks.run",
     "compare": "ksl.comparison.compare_robot",
+    "compute_actuation": "ksl.report.compute_actuation",
     "compute_loads": "ksl.report.compute_loads",
     "frequencies": "ksl.small_motions.frequencies",
     "free_bodies": "ksl.parts.compute_free_bodies",

@@ -31,6 +31,9 @@ FLAT = {"crank": "0.2 0 0", "rod": "0.1 0 0.4", "ball": "0.2 0 0", "axes": ("0 0
 IDLE = spatial(f'<link name="tip">{INERTIA}</link>', hinge("F", "rod", "tip")).replace('<parent link="rod"/><parent_origin', '<parent link="tip"/><parent_origin')
 """With a hinge more before the ball, about which the tip turns by itself."""
 
+WIDE = spatial().replace('"E" type="continuous"', '"E" type="revolute"').replace('<origin xyz="0.1 0 0.4"/>', '<origin xyz="0.1 0 0.4"/><limit lower="-2" upper="0.05" effort="9" velocity="9"/>')
+"""The rocker's limit is beyond where the crank moves it."""
+
 CASES = {
     "loop-frames": (planar("0.1 0 0"), spatial()),
     "loop-open": (spatial(ball="0 3 0"), spatial(ball="0 0.3 0.0")),
@@ -40,6 +43,7 @@ CASES = {
     "loop-rigid": (spatial(cross="fixed", motors=""), spatial()),
     "loop-drives": (IDLE, spatial()),
     "loop-drives-unknown": (spatial(motors=""), spatial()),
+    "loop-limits": (WIDE, WIDE.replace('lower="-2"', 'lower="-0.02"')),
 }
 """{rule: (a file that it alone finds fault with, one beside it that is sound)}."""
 
@@ -101,6 +105,7 @@ IN_SDF = {
     "loop-rigid": (in_sdf(cross="fixed"), None),
     "loop-drives": (in_sdf(tip=True), ["A"]),
     "loop-drives-unknown": (in_sdf(), None),
+    "loop-limits": (in_sdf().replace('"E" type="continuous"', '"E" type="revolute"').replace("</child><axis><xyz>0 0 1</xyz></axis></joint>\n<joint name=\"D\"", "</child><axis><xyz>0 0 1</xyz><limit><lower>-2</lower><upper>0.05</upper></limit></axis></joint>\n<joint name=\"D\""), ["A"]),
 }
 """{rule: (a file that it alone finds fault with, drives)}.  In SDF, loops are closed where the links are placed, with axes that agree."""
 IN_MJCF = {
@@ -112,4 +117,5 @@ IN_MJCF = {
     "loop-rigid": in_mjcf(cross="fixed", motors=""),
     "loop-drives": in_mjcf(tip=True),
     "loop-drives-unknown": in_mjcf(motors=""),
+    "loop-limits": in_mjcf().replace('name="E" type="hinge"', 'name="E" type="hinge" range="-2 0.05"'),
 }

@@ -228,7 +228,7 @@ VALUES = dict.fromkeys(ZERO, 0.0) | dict.fromkeys(ONE, 1.0) | {
     "mass-negative": -1, "inertia-not-positive": 0.00835 - math.hypot(0.00005, 0.009), "inertia-triangle": 0.0110 - 0.0083 - 0.0017, "centroid-outside": 0.8 - 0.4 - DIAGONAL / 4,
     "inertia-units": math.sqrt((28300 + 28300 + 3300) / 2 / 2), "inertia-too-large": ((0.56 + 0.54 - 0.55) / 2 / 2) / (0.05 + DIAGONAL / 4) ** 2, "mass-units": 2000 / 0.004,
     "axis-not-unit": math.sqrt(2), "dynamics-negative": -0.1, "limit-reversed": 4, "limit-units": 90, "limit-negative": -50, "mesh-units": 100, "mesh-scales": 100, "symmetry-mass": 1 / 6,
-    "loop-frames": 0.1, "loop-open-at-zero": 0.01, "loop-redundant": 3,
+    "loop-frames": 0.1, "loop-open-at-zero": 0.01, "loop-redundant": 3, "loop-limits": -2,
 }  # fmt: skip
 """The numbers that break the conditions, of the files above; of other rules there are none, but for the distance that a loop stays open."""
 

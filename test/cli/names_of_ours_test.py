@@ -15,6 +15,7 @@ from names import OURS, chain
 NAMES = [name for name in OURS if name.strip()]
 
 COMMANDS = {
+    "actuation": [("ROBOT", "--joints", "joint,-,Arm,🦾", "-o", "DIR/actuation")],
     "check": [("ROBOT",)],
     "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
     "free-bodies": [("DIR/results", "-o", "DIR/parts", "--links", "case,Arm"), ("DIR/results", "-o", "DIR/decks", "--deck", "calculix", "--deck", "nastran", "--apart")],
@@ -63,7 +64,7 @@ def test_every_command_is_in_the_table():
 
 
 def test_every_command_takes_such_names(folder):
-    for command in ("info", "check", "compare", "motion", "hold", "loads", "modes", "free-bodies", "simulate", "size", "sweep", "view"):
+    for command in ("info", "check", "compare", "actuation", "motion", "hold", "loads", "modes", "free-bodies", "simulate", "size", "sweep", "view"):
         for given in COMMANDS[command]:
             if command == "view":
                 pytest.importorskip("viser")

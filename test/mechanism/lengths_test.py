@@ -39,6 +39,7 @@ OPTIONS = {
     ("hold", "--at"): (["hold", "arm.urdf", "--at", "0,0,50"], "the point of the moments is 50 m from the joint's origin"),
     ("hold", "--pose"): (["hold", "arm.urdf", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?"),
     ("hold", "--gravity"): (["hold", "arm.urdf", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
+    ("actuation", "--gravity"): (["actuation", "arm.urdf", "--joints", "pin", "-o", "a", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("size", "--at"): (["size", "results", "--at", "pin=0,0,50"], "the point of the moments of pin is 50 m from the joint's origin"),
     ("free-bodies", "--frame"): (["free-bodies", "results", "-o", "parts", "--frame", "rod=0,0,50"], "the frame of rod is 50 m from the link's origin"),
     ("free-bodies", "--section"): (["free-bodies", "results", "-o", "parts", "--section", "rod=0,70,0,1,0,0"], "the section of rod is 70 m from the link's origin"),

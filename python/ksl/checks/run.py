@@ -15,6 +15,7 @@ import numpy as np
 from ksl.base.errors import ArgumentError, DescriptionError, DescriptionWarning, near_names, of_argument
 from ksl.base.input_files import path_given
 from ksl.checks import (
+    drive_rules,
     file_rules,
     fit_rules,
     inertia_rules,
@@ -42,7 +43,7 @@ TOPICS: dict[str, list[Rule]] = {
     "Masses and inertias": inertia_rules.RULES,
     "Masses and inertias against the geometry": fit_rules.RULES,
     "Joints": joint_rules.RULES,
-    "Loops": loop_rules.RULES,
+    "Loops": [*loop_rules.RULES, *drive_rules.RULES],
     "Limits": limit_rules.RULES,
     "Shapes": shape_rules.RULES,
     "Meshes": mesh_rules.RULES,

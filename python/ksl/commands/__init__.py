@@ -4,6 +4,7 @@ Files: the command: a file for each command, which calls a public function, and 
 """
 
 from ksl.commands import (
+    actuation,
     check,
     compare,
     free_bodies,
@@ -21,6 +22,7 @@ from ksl.commands import (
 from ksl.commands.app import app
 
 __all__ = [
+    "actuation",
     "app",
     "check",
     "compare",

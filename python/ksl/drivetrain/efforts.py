@@ -43,6 +43,24 @@ class EffortMap(MotionMap):
         found: Array = np.einsum("njm,nvj,nv->nm", self.inverse(B[:, self.part.of_motors]), B, efforts, optimize=True).reshape(*leading, -1)
         return found
 
+    def loop_forces(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, carrier: Carrier | None = None) -> Array:
+        """Forces (…, loops) in the joints that close loops, in the order of `loops`, for the motion q, v, a (…, joints): magnitudes, N.
+
+        They are what rods pull or push with at their ends.  Of planar loops it is the force in the plane; rigid bodies don't determine that across it.
+        """
+        Q, V, A, leading = self.whole_state(q, v, a, carrier)
+        others = self.part.without(self.part.of_motors)
+        G, efforts = self.equations.jacobian(Q)[:, :, others], np.asarray(self.tree.inverse_dynamics(Q, V, A))[:, others]
+        self.inverse(self.equations.motions(Q, self.part.of_joints)[:, self.part.of_motors])
+        multipliers = np.linalg.solve(G.swapaxes(1, 2), efforts[..., None])[..., 0]
+        forces = [np.linalg.norm(multipliers[:, rows], axis=1) for rows in self.equations.rows_of_forces()]
+        return np.stack(forces, axis=1).reshape(*leading, -1) if forces else np.zeros((*leading, 0))
+
+    @property
+    def loops(self) -> tuple[str, ...]:
+        """The joints that close the loops of the mechanism."""
+        return tuple(loop.name for loop in self.part.loops)
+
     def serial_efforts(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, carrier: Carrier | None = None) -> Array:
         """Efforts (…, joints) of the tree whose rods and cranks are cut off, without rotors, for the same motion."""
         Q, V, A, leading = self.whole_state(q, v, a, carrier)
@@ -111,6 +129,16 @@ class EffortMap(MotionMap):
         self.inverse(W)
         return W
 
+    def effort_alone(self, q: ArrayLike) -> Array:
+        """The largest efforts (…, joints) of each joint alone, while the others have none, that motors' effort limits allow at q."""
+        W, leading = self.to_motors(q)
+        return _alone(self.inverse(W).swapaxes(1, 2), self._limits("effort"), leading)
+
+    def velocity_alone(self, q: ArrayLike) -> Array:
+        """The largest velocities (…, joints) of each joint alone, while the others stand still, that motors' velocity limits allow at q."""
+        W, leading = self.to_motors(q)
+        return _alone(W, self._limits("velocity"), leading)
+
     def has_limits(self, what: Limited) -> bool:
         """Whether all motors have limits of efforts, or of velocities."""
         limits = self.model.effort_limit if what == "effort" else self.model.velocity_limit
@@ -127,3 +155,10 @@ class EffortMap(MotionMap):
 
 def _sides(half: Array, leading: tuple[int, ...]) -> Array:
     return np.stack([-half, half], axis=-1).reshape(*leading, half.shape[1], 2)
+
+
+def _alone(to_motors: Array, limits: Array, leading: tuple[int, ...]) -> Array:
+    """What each column (n, motors, joints) alone may be."""
+    with np.errstate(divide="ignore"):
+        found: Array = (limits[:, None] / np.abs(to_motors)).min(axis=1)
+    return found.reshape(*leading, -1)

@@ -13,7 +13,16 @@ from ksl.drivetrain.idle import IdleRod, idle_rods
 from ksl.drivetrain.parts import Part, require_enough
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.freedoms import freedoms
+from ksl.mechanism.mechanism import Loop
 from ksl.mechanism.states import Array
+
+
+FREE_LENGTHS = {"prismatic": 1, "cylindrical": 1, "planar": 2, "translation": 3}
+"""Directions along which joints of a kind slide: so many forces they don't resist."""
+
+
+def _lengths(loop: Loop) -> int:
+    return 3 - FREE_LENGTHS.get(loop.kind, 0)
 
 
 class Equations:
@@ -31,6 +40,16 @@ class Equations:
         if left != len(part.of_joints) and mobility.mobility > freedoms(m):
             raise ValueError(f"the equations of {part.loops[0].name} lose rank at the start, where the mechanism has a freedom for an instant; pass start= of another closed position")
         require_enough(m, part, left)
+
+    def rows_of_forces(self) -> list[list[int]]:
+        """For each loop of the part, which of the equations are of forces: lengths, the first rows of its joint that are along directions that it resists."""
+        found, start = [], 0
+        for loop in self.m.loops:
+            if loop in self.part.loops:
+                lengths = range(start, start + _lengths(loop))
+                found.append([k for k, row in enumerate(self.rows) if row in lengths])
+            start += loop.equations
+        return found
 
     def jacobian(self, Q: Array) -> Array:
         """G (n, rows, nv)."""

@@ -88,6 +88,19 @@ def outputs(m: Mechanism, part: Part) -> list[str]:
     return list(found)
 
 
+def driven_outputs(m: Mechanism) -> list[list[str]]:
+    """For each mechanism of loops with drives the joints that these move by rods, where they are as many as the drives and have one coordinate each."""
+    groups, found = _connected(m), []
+    for group in dict.fromkeys(groups):
+        loops = tuple(loop for loop in m.loops if any(groups[i] == group for name in ways_of(m, loop)[0] + ways_of(m, loop)[1] for i in _coordinates(m, name)))
+        motors = tuple(name for name in m.drives or () if m.joint(name).nv and groups[m.joint(name).v_index] == group)
+        part = Part((), motors, (), loops, [], [], [])
+        joints = outputs(m, part)
+        if loops and motors and len(joints) == len(motors) and all(m.joint(name).one_coordinate for name in joints):
+            found.append(joints)
+    return found
+
+
 def _joint(m: Calls, name: str) -> Joint:
     joint = m.joint(name)
     if joint.nv == 0:

@@ -17,7 +17,7 @@ from ksl.mechanism.states import Array
 End = Literal["limit", "reach", "hold", "none"]
 FINEST, STEP, LONGEST = 1e-3, 0.03, 0.2
 """Steps along the path of all coordinates, rad, and lengths of the mechanism: they follow how the path bends."""
-GOLDEN, TOUCHING, TOGETHER = 0.6180339887498949, 1e-7, 1e-7
+GOLDEN, TOUCHING, TOGETHER, FALLING = 0.6180339887498949, 1e-7, 1e-5, 0.7
 TURN = 2 * np.pi
 """Further than a turn, rad, and ten lengths of the mechanism, no end is looked for."""
 AT_LIMIT = 1e-9
@@ -40,10 +40,10 @@ class Range:
     upper_name: str = ""
 
 
-def range_of(a: MotionMap, joint: str, at: ArrayLike | None, limits: bool) -> Range:
-    """As :meth:`ksl.Actuation.range`."""
+def range_of(a: MotionMap, joint: str, at: ArrayLike | None, limits: bool, own: bool = True) -> Range:
+    """As :meth:`ksl.Actuation.range`; own: whether the limits of the joint itself count, where limits do."""
     equations = a.equations
-    own = [i for name in a.joints for i in [a.model.joint(name).v_index]]
+    v_index = [i for name in a.joints for i in [a.model.joint(name).v_index]]
     if joint not in a.joints:
         raise ValueError(f"joint={joint!r}; expected one of {', '.join(a.joints)}")
     if a.model.joint(joint).nv > 1:
@@ -52,8 +52,8 @@ def range_of(a: MotionMap, joint: str, at: ArrayLike | None, limits: bool) -> Ra
     Q = a.state(a.start[positions_of(equations, equations.part.of_joints)] if at is None else at)[0]
     if Q.ndim != 1:
         raise ValueError(f"at has {len(Q)} positions; expected one")
-    coordinate = own[a.joints.index(joint)]
-    path = _Path(equations, coordinate, limits, Q)
+    coordinate = v_index[a.joints.index(joint)]
+    path = _Path(equations, coordinate, limits, own, Q)
     (lower, lower_by, lower_name), (upper, upper_by, upper_name) = path.end(-1.0), path.end(1.0)
     return Range(lower, upper, lower_by, upper_by, lower_name, upper_name)
 
@@ -61,7 +61,7 @@ def range_of(a: MotionMap, joint: str, at: ArrayLike | None, limits: bool) -> Ra
 class _Path:
     """The closed positions with all joints kept but one, followed by their length, which goes on where the joint turns back."""
 
-    def __init__(self, equations: Equations, coordinate: int, limits: bool, start: Array) -> None:
+    def __init__(self, equations: Equations, coordinate: int, limits: bool, own: bool, start: Array) -> None:
         self.equations, self.coordinate, self.start = equations, coordinate, start
         part, m = equations.part, equations.m
         self.kept = [i for i in part.of_joints if i != coordinate]
@@ -70,7 +70,7 @@ class _Path:
         turns = {joint.v_index + i: joint.has_angle or joint.quaternion == 0 for joint in m.joints if joint.nv for i in range(joint.nv)}
         self.weights = np.array([1.0 if turns[i] else 1.0 / equations.length for i in self.free])
         self.most = TURN if turns[coordinate] else 10 * equations.length
-        self.bounds = self._bounds() if limits else []
+        self.bounds = [bound for bound in self._bounds() if limits and (own or bound[0] != self._own)]
         self.names: list[tuple[End, str]] = [("reach", ""), ("hold", ""), *(("limit", name) for name, *_ in self.bounds)]
         self.sides = [float(np.sign(x)) for x in self._determinants(start)]
 
@@ -91,7 +91,8 @@ class _Path:
                 continue
             after = self._events(ahead)
             passed = [(self._root(Q, tangent, step, k), k) for k in range(len(after)) if before[k] <= 0 < after[k]]
-            passed += [(length, k) for k in (0, 1) for length in self._touch(Q, tangent, step, k) if not passed]
+            falling = [k for k in (0, 1) if not passed and abs(after[k]) < FALLING * abs(before[k])]
+            passed += [(length, k) for k in falling for length in self._touch(Q, tangent, step, k)]
             if passed:
                 first = min(length for length, _ in passed)
                 k, length = min((k, length) for length, k in passed if length < first + TOGETHER)  # reach before hold, hold before limits
@@ -155,7 +156,7 @@ class _Path:
         return (low + high) / 2
 
     def _touch(self, Q: Array, tangent: Array, step: float, k: int) -> list[float]:
-        """The length within a step and a half at which a determinant is zero and doesn't change its sign: two rods at their dead centres at once.
+        """The length within two steps at which a determinant is zero and doesn't change its sign: two rods at their dead centres at once.
 
         It is looked for where the determinant has a minimum there, by golden section.
         """
@@ -163,7 +164,7 @@ class _Path:
         def size(length: float) -> float:
             return abs(self._events(self._step(Q, tangent, length))[k])
 
-        low, high = 0.0, 1.5 * step
+        low, high = 0.0, 2 * step
         ends = size(low), size(high)
         inner = [low + (1 - GOLDEN) * (high - low), low + GOLDEN * (high - low)]
         values = [size(x) for x in inner]

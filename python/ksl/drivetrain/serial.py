@@ -92,10 +92,13 @@ def _rms(x: Array) -> Array:
 
 
 def place_of(a: EffortMap, at: ArrayLike | None) -> Array:
-    """One position (joints); that of the start for None."""
+    """One position (joints); that of the start for None.  Raises ValueError for one out of reach, and beyond where motors hold nothing."""
     q = a.start[positions_of(a.equations, a.equations.part.of_joints)] if at is None else np.asarray(at, dtype=float)
     if q.shape != (len(a.equations.part.of_joints),):
         raise ValueError(f"at has shape {q.shape}; expected one position, ({len(a.equations.part.of_joints)},)")
+    start, here = (float(np.linalg.det(a.motor_jacobian(x))) for x in (a.start[positions_of(a.equations, a.equations.part.of_joints)], q))
+    if here / start <= 0:
+        raise ValueError(f"at={q.tolist()}: motors pull the other way there than at the start, beyond where they hold nothing; range(joint) says where that is")
     return q
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,9 +85,12 @@ class Panel:
     """The first curve is drawn wide, so that others drawn over it leave it visible."""
     driven: str = ""
     """The curve that the drive exerts, where the others are what the structure carries."""
+    colours: Sequence[str] = ()
+    """The colours of the curves in their order, where names don't say them."""
 
     def packed(self, keep: Indices) -> dict[str, Any]:
-        curves = [{"name": name, "color": "drive" if name == self.driven else COLOURS.get(name, "motion"), "data": _packed(x[keep])} for name, x in self.curves.items()]
+        own = dict(zip(self.curves, self.colours))
+        curves = [{"name": name, "color": own.get(name) or ("drive" if name == self.driven else COLOURS.get(name, "motion")), "data": _packed(x[keep])} for name, x in self.curves.items()]
         return {"label": self.label, "curves": curves, "limits": self.limits, "emphasis": self.emphasis}
 
 
@@ -113,6 +117,11 @@ class Charts:
         abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limits": limits[0]}
         panel = Panel(y[0], {title: y[1]}, limits[1], driven=title)
         return self._figure(title, "", {**_packed_time(time, keep), "x": abscissa, "panels": [panel.packed(keep)]})
+
+    def over(self, title: str, x: tuple[str, Array], panels: list[Panel], limits: Limits = ()) -> str:
+        """Curves over another quantity, which increases, with its label: the position of a joint, say; one panel over the other."""
+        keep = np.arange(len(x[1]))
+        return self._figure(title, "", {"x": {"label": x[0], "data": _packed(x[1]), "limits": limits}, "panels": [panel.packed(keep) for panel in panels]})
 
     def still(self, still: Still, time: Array) -> str:
         """A picture."""

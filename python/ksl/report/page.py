@@ -35,23 +35,23 @@ def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     page = _Page(report)
     with round_off_of_page(report.summary, report.weight):
         content = page.content()
-    data = {"charts": page.charts.data, "stills": page.charts.stills}
+    write_page(path, report.title, content, page.charts, report.provenance.date if report.provenance else "")
+
+
+def write_page(path: str | os.PathLike[str], title: str, content: str, charts: Charts, date: str = "") -> None:
+    """Writes a page with this body, in which the script draws the charts.  title, date: on each page of paper, so that one that is alone says what it belongs to."""
+    foot = f"{title}   ·   KSL {__version__}" + (f"   ·   {date}" if date else "")
     plotly, own = (f"\n{script(code)}\n" for code in (_plotly(), _asset("report.js")))
     html = Template(_asset("report.html")).substitute(
-        title=escape(report.title),
-        style=Template(_asset("report.css")).substitute(foot=css_string(_foot(report))),
+        title=escape(title),
+        style=Template(_asset("report.css")).substitute(foot=css_string(foot)),
         content=content,
-        data=json_in_page(data),
+        data=json_in_page({"charts": charts.data, "stills": charts.stills}),
         plotly=plotly,
         script=own,
         scripts=f"{source_of(plotly)} {source_of(own)}",
     )
     Path(path).write_bytes(html.encode("utf-8", errors="replace"))
-
-
-def _foot(report: ReportInput) -> str:
-    """On each page of paper, so that a page that is alone says what it belongs to."""
-    return f"{report.title}   ·   KSL {__version__}" + (f"   ·   {report.provenance.date}" if report.provenance else "")
 
 
 class _Page:

@@ -13,17 +13,18 @@
   const numbers = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
   const unit = (label) => label.slice(label.lastIndexOf(", ") + 2);
 
-  // the curves of a chart: over time, or over chart.x with the time of each point at hand
+  // the curves of a chart: over time, or over chart.x, with the time of each point at hand if it has one
   const traces = (chart) => {
-    const time = Float64Array.from(numbers(chart.time), (t) => chart.start + t);
-    const x = chart.x ? numbers(chart.x.data) : time;
+    const x = chart.x ? numbers(chart.x.data) : null;
+    const time = chart.time ? Float64Array.from(numbers(chart.time), (t) => chart.start + t) : x;
     return chart.panels.flatMap((panel, row) =>
       panel.curves.map((curve, i) => {
         const wide = panel.emphasis && i === 0; // so that others drawn over it leave it visible
         const line = { color: colour(wide ? curve.color + "-wide" : curve.color) || colour("broad"), width: wide ? 6 : 1.3 };
+        const plain = { hovertemplate: `%{y:.4g} ${unit(panel.label)} at %{x:.4g} ${chart.x && unit(chart.x.label)}` };
         const over = { customdata: time, hovertemplate: `%{y:.4g} ${unit(panel.label)} at %{x:.4g} ${chart.x && unit(chart.x.label)}, t = %{customdata:.6~r} s<extra></extra>` };
         const along = { hovertemplate: `%{y:.5g} ${unit(panel.label)}` };
-        return { type: "scatter", mode: time.length > 1 ? "lines" : "markers", name: curve.name, x, y: numbers(curve.data), yaxis: row ? "y2" : "y", line, ...(chart.x ? over : along) };
+        return { type: "scatter", mode: time.length > 1 ? "lines" : "markers", name: curve.name, x: x || time, y: numbers(curve.data), yaxis: row ? "y2" : "y", line, ...(!chart.x ? along : chart.time ? over : plain) };
       })
     );
   };
