@@ -35,7 +35,7 @@ def idle_rods(m: Calls, tree: Calls, q: Array, part: Part) -> list[IdleRod]:
     ends = {link for loop in part.loops for link in (loop.predecessor, loop.successor)}
     bodies = _bodies(tree, part)
     twists = {top: tree.jacobian(q, top)[:, part.all] @ free for top in bodies}
-    counted = {top for top, welded in bodies.items() if welded & ends or any(tree.link(link).mass > 0 for link in welded)}
+    counted = [top for top, welded in bodies.items() if welded & ends or any(tree.link(link).mass > 0 for link in welded)]
     found: list[IdleRod] = []
     for top in counted:  # links between the hinges of a ball have no mass, and no loop ends at them: they may move
         others = np.vstack([np.zeros((1, free.shape[1])), *(x for name, x in twists.items() if name in counted and name != top)])

@@ -96,7 +96,8 @@ class _Path:
             if passed:
                 first = min(length for length, _ in passed)
                 k, length = min((k, length) for length, k in passed if length < first + TOGETHER)  # reach before hold, hold before limits
-                return float(self._step(Q, tangent, length)[self.index]), *self.names[k]
+                exact = self.bounds[k - 2][3] if k > 1 and self.names[k][1] == self._own else float(self._step(Q, tangent, length)[self.index])
+                return exact, *self.names[k]
             Q, tangent, before = ahead, moved * (np.sign(cosine) or 1.0), after
             step = min(2 * step, LONGEST) if abs(cosine) > 0.9999 else step
         return side * np.inf, "none", ""
