@@ -1,6 +1,7 @@
 """Maps between motors and joints, against closed forms, two independent computations, identities, and the closed mechanism's own inverse dynamics."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ksl
-from examples import JOINTS, leg, model
+from examples import JOINTS, ROBOTS, leg, model
 
+pytestmark = pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")  # spherical is no kind of URDF's
 HERE = Path(__file__).parent
 CASES = json.loads((HERE / "legs.json").read_text())
 """Two legs with numbers that others have computed: closed forms with force balances of every body, and KSL's closed mechanisms before there was this map."""
@@ -131,6 +133,32 @@ def test_several_parts_at_once():
     assert_allclose(both.jacobian(q)[0, 1, 1], knee.jacobian([0.5])[0, 0])
     assert_allclose(both.jacobian(q)[0, [0, 0, 1], [0, 1, 0]], [1, 0, 0], atol=1e-15)
     assert_allclose(both.motor_efforts(q, v, acc)[:, 1], knee.motor_efforts([[0.5]], [[-2.0]], [[8.0]], both.state(q, v, acc))[:, 0], rtol=1e-10)
+
+
+def test_rods_and_ankles_that_are_described_otherwise():
+    """A ball of three hinges without masses between them, and an ankle whose cross is a universal joint: the map is the same."""
+    text = (ROBOTS / "two_rod_ankle.urdf").read_text()
+    hinges, universal = text, text
+    for side in ("left", "right"):
+        top = re.search(rf'<joint name="ball_{side}_top".*?</joint>', text, re.DOTALL)[0]
+        names = [f"crank_{side}", f"{side}_1", f"{side}_2", f"rod_{side}"]
+        ball = "".join(f'<link name="{name}"/>' for name in names[1:3])
+        for k, axis in enumerate(("1 0 0", "0 1 0", "0 0 1")):
+            ball += f'<joint name="{side}_{axis}" type="continuous"><parent link="{names[k]}"/><child link="{names[k + 1]}"/>'
+            ball += f'<origin xyz="{"-0.05 0 0" if k == 0 else "0 0 0"}"/><axis xyz="{axis}"/></joint>'
+        hinges = hinges.replace(top, ball)
+    universal = re.sub('<joint name="ankle_(pitch|roll)".*?</joint>|<link name="cross">.*?</link>', "", universal, flags=re.DOTALL)
+    both = '<joint name="ankle" type="universal"><parent link="shank"/><child link="foot"/><origin xyz="0 0 -0.32"/><axis xyz="0 1 0"/><axis2 xyz="1 0 0"/></joint></robot>'
+    a, b, c = leg("two_rod_ankle"), ksl.load_string(hinges).actuation(JOINTS["two_rod_ankle"]), ksl.load_string(universal.replace("</robot>", both)).actuation(["ankle"])
+    q = a.usable(10)
+    v, acc = np.random.default_rng(1).normal(size=(2, *q.shape))
+    assert [rod.link for rod in b.equations.rods] == ["rod_left", "rod_right"]
+    assert_allclose(b.motor_efforts(q, v, acc), a.motor_efforts(q, v, acc), rtol=1e-10, atol=1e-12)
+    for other in (b, c):
+        assert_allclose(other.motors_of(q), a.motors_of(q), atol=1e-12)
+        assert_allclose(other.jacobian_rate(q, v), a.jacobian_rate(q, v), atol=1e-11)
+    with pytest.raises(ValueError, match="joint 'ankle' is universal, and its armature"):
+        c.serial_model()
 
 
 def test_another_assembly_by_its_start():

@@ -42,18 +42,21 @@ class Range:
 
 def range_of(a: MotionMap, joint: str, at: ArrayLike | None, limits: bool, own: bool = True) -> Range:
     """As :meth:`ksl.Actuation.range`; own: whether the limits of the joint itself count, where limits do."""
-    equations = a.equations
-    v_index = [i for name in a.joints for i in [a.model.joint(name).v_index]]
     if joint not in a.joints:
         raise ValueError(f"joint={joint!r}; expected one of {', '.join(a.joints)}")
     if a.model.joint(joint).nv > 1:
         raise ValueError(f"joint={joint!r} has several coordinates, so that no one range is its own; ask at which positions motors_of(q, unreachable=\"nan\") has numbers")
     given.flag(limits, "limits")
+    return range_of_column(a, a.part.of_joints.index(a.model.joint(joint).v_index), at, limits, own)
+
+
+def range_of_column(a: MotionMap, k: int, at: ArrayLike | None, limits: bool, own: bool = True) -> Range:
+    """The range of one of the numbers of q, as of a joint with one coordinate."""
+    equations = a.equations
     Q = a.state(a.start[positions_of(equations, equations.part.of_joints)] if at is None else at)[0]
     if Q.ndim != 1:
         raise ValueError(f"at has {len(Q)} positions; expected one")
-    coordinate = v_index[a.joints.index(joint)]
-    path = _Path(equations, coordinate, limits, own, Q)
+    path = _Path(equations, equations.part.of_joints[k], limits, own, Q)
     (lower, lower_by, lower_name), (upper, upper_by, upper_name) = path.end(-1.0), path.end(1.0)
     return Range(lower, upper, lower_by, upper_by, lower_name, upper_name)
 
@@ -104,7 +107,7 @@ class _Path:
 
     @property
     def _own(self) -> str:
-        return next(joint.name for joint in self.equations.m.joints if joint.v_index == self.coordinate)
+        return next(joint.name for joint in self.equations.m.joints if joint.v_index <= self.coordinate < joint.v_index + joint.nv)
 
     def _bounds(self) -> list[tuple[str, int, float, float]]:
         """(joint, number in q, sign, bound): sign × (q − bound) is positive beyond it."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ksl.drivetrain.assembly import follow, positions_of
 from ksl.drivetrain.motion import MotionMap
-from ksl.drivetrain.ranges import range_of
+from ksl.drivetrain.ranges import range_of_column
 from ksl.mechanism.states import Array
 
 DRAWN_BACK = 0.05
@@ -24,12 +24,12 @@ def usable_ranges(a: MotionMap, at: Array) -> Array:
     Where `at` itself is beyond a limit, those of motors don't count.
     """
     found = []
-    for joint, centre in zip(a.joints, at):
-        r = range_of(a, joint, at, limits=True)
+    for k, centre in enumerate(at):
+        r = range_of_column(a, k, at, limits=True)
         own = (-np.inf, np.inf)
         if r.upper - r.lower < NOTHING:
-            of = a.model.joint(joint)
-            r, own = range_of(a, joint, at, limits=False), (min(a.model.lower[of.q_index], centre), max(a.model.upper[of.q_index], centre))
+            i = a.of_joints[k]
+            r, own = range_of_column(a, k, at, limits=False), (min(a.model.lower[i], centre), max(a.model.upper[i], centre))
         ends = np.array([max(r.lower, centre - np.pi), min(r.upper, centre + np.pi)])
         back = DRAWN_BACK * (ends[1] - ends[0])
         ends = ends + np.where([r.lower_by in ("reach", "hold"), r.upper_by in ("reach", "hold")], [back, -back], 0.0)
