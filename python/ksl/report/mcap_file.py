@@ -21,6 +21,7 @@ from ksl.base.rotations import quaternion_of
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, has_drive
+from ksl.load_cases.undetermined import Undetermined
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import Array
 from ksl.output import OutputError
@@ -89,7 +90,7 @@ def _write_case(topics: _Topics, case: LoadCase, start: float, single: bool) -> 
     names = _topics_of([j.name for _, j in wanted])
     topics.put("/case", "std_msgs/msg/String", round((first + shift) * 1e9), Cdr().text(case.name).bytes())
     last = first
-    for block in replace(case, placement=Placement()).blocks():
+    for block in replace(case, placement=Placement(), known_undetermined=Undetermined()).blocks():
         world, frames = _world(case), list(_frames(case, block))
         states = _states(case, block)
         for i, t in enumerate(block.time):

@@ -5,5 +5,6 @@ functions of arrays, a file for each topic: motor, gears, life, bearings, bearin
 
 Files: `ksl.size`, `compute_sizing.py`: formulas of motors, gears, bearings, bolts and fatigue; `bolt_names`, `bolt_strength`, `bolt_numbers`: bolts by name;
 `pins`, `buckling`: pins, bushes, rods of cylinders; `catalogue`, `catalogue_key`, `catalogue_pins`, `catalogue_numbers`, `components`: the components file;
-`given`, `provenance`: what sizing is given and made of; `spectra/`: `ksl.spectra`, load spectra; `results`, `samples`: wrenches of each joint; `*_figures`: utilisations.
+`reader`, `parts`: its checks and what it holds; `figures_of_parts`: which figures each kind has; `given`, `provenance`: what sizing is given and made of;
+`choice/`: a choice from a catalogue; `bearing_ratings`: ratings from dimensions; `spectra/`: `ksl.spectra`, load spectra; `results`, `samples`: wrenches of each joint; `*_figures`: utilisations.
 """

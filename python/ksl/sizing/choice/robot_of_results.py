@@ -12,6 +12,7 @@ import numpy as np
 from ksl.base.errors import DescriptionError, MotionError, SizingError
 from ksl.base.files_read import recorded
 from ksl.load_cases.load_case import LoadCase, Placement
+from ksl.load_cases.undetermined import Undetermined
 from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.mechanism.mechanism import Joint
 from ksl.model.model import Model
@@ -25,13 +26,13 @@ READING = {"floating_base": "floating_base", "mimic": "mimic", "model": "model",
 
 
 def cases_of(results: Any, table: Results) -> list[LoadCase]:
-    """The load cases, with wrenches on the child about the joints' origins.  results: as `ksl.size` was given them.
+    """The load cases, with wrenches on the child about the joints' origins; what rigid bodies leave open of them is not looked for again.  results: as `ksl.size` was given them.
 
     Raises SizingError where they can't be made again: of sweeps, of results that miss joints, and where the robot's file has changed.
     """
     given = getattr(results, "cases", ())
     if isinstance(given, tuple) and given and all(isinstance(case, LoadCase) for case in given):
-        return [LoadCase(case.model, case.motion, name=case.name, brakes_from=case.brakes_from, static=case.static) for case in given]
+        return [LoadCase(case.model, case.motion, name=case.name, brakes_from=case.brakes_from, static=case.static, known_undetermined=Undetermined()) for case in given]
     if table.of_sweep:
         raise SizingError(f"{table.file}: {WHY}, and results of a sweep don't say how each case is mounted; leave out `link`, or write load cases")
     model = _robot(table)
@@ -88,7 +89,7 @@ def _case(table: Results, model: Model, name: str, said: Mapping[str, Any]) -> L
     try:
         gravity = said.get("gravity")
         under = model if gravity is None else model.with_gravity(gravity)
-        return LoadCase(under, motion_of_arrays(under, time, q, v, a), Placement(), name=name)
+        return LoadCase(under, motion_of_arrays(under, time, q, v, a), Placement(), name=name, known_undetermined=Undetermined())
     except (MotionError, ValueError, TypeError) as e:
         raise SizingError(f"{table.file}: {WHY}, and the load case {name} can't be made again: {e}; {MEND}") from None
 
