@@ -206,7 +206,7 @@ def test_generated_functions_of_many_states_agree_with_the_engine(ur5, tmp_path,
         ksl.generate(ur5, algorithms, folder, name="last", scalar=scalar, arguments=["external:tool0+elbow", "gravity"], lanes=lanes)
         run(name, *FLAGS, f"-march={march}", "last.c", "last_lanes.c", "last_test.c", "-o", "test", "-lm", cwd=folder)
         assert run(folder / "test", cwd=folder) == "all results agree\n"
-    page = (EXAMPLES.parents[1] / "docs/c_code.md").read_text(encoding="utf-8")
+    page = (EXAMPLES.parents[1] / "docs" / "c_code.md").read_text(encoding="utf-8")
     declared = next(line for line in page.splitlines() if line.startswith("void ur5_lanes_")).partition(" //")[0]
     ksl.generate(ur5, ["inverse_dynamics"], tmp_path / "page", name="ur5", lanes=8)
     assert declared in (tmp_path / "page" / "ur5_lanes.h").read_text()
