@@ -84,6 +84,25 @@ def test_what_is_no_mesh_is_refused(tmp_path, change, said):
         read_mesh(file).inertia()
 
 
+def test_any_text_is_read_or_refused_with_a_sentence(tmp_path):
+    """Lines and characters that are swapped, dropped and changed; numbers that are huge; ranges without end."""
+    rng = np.random.default_rng(0)
+    text = bar(tmp_path / "bar.inp", "C3D8", SIZE, (1, 1, 1)).read_text()
+    words = ["99999999999999999999999", "-1", "1e400", "nan", "0", "", "*NSET, NSET=a, GENERATE\n1, 999999999999999, 1", "*NSET, GENERATE\n1, 9, 0", "*ELEMENT", "*", "C3D20", "\ud800".encode("utf-8", "replace").decode()]
+    refused = 0
+    for _ in range(400):
+        parts = text.replace(",", ",\0").replace("\n", "\n\0").split("\0")
+        for _ in range(rng.integers(1, 4)):
+            i, j = rng.integers(len(parts), size=2)
+            parts[i] = (parts[j], parts[i] + parts[j], words[rng.integers(len(words))] + parts[i][-1:], "")[rng.integers(4)]
+        (tmp_path / "any.inp").write_text("".join(parts), errors="replace")
+        try:
+            read_mesh(tmp_path / "any.inp").inertia()
+        except ksl.PartError:
+            refused += 1
+    assert refused > 100
+
+
 def test_a_file_that_is_none(tmp_path):
     with pytest.raises(ksl.PartError, match="can't be read .*give the mesh of a part as an .inp file"):
         read_mesh(tmp_path)

@@ -17,6 +17,9 @@ from ksl.base.limits import PART_BYTES
 from ksl.mechanism.states import Array
 from ksl.parts.elements import KINDS, Kind
 
+MOST_NODES, MOST_NUMBER = 1 << 24, 1 << 31
+"""Nodes of one range, and the numbers of nodes and elements are below."""
+
 Face = tuple[int, int]
 """Element by its number in the file, and face, 1 and up."""
 
@@ -154,7 +157,7 @@ class _Reader:
         if name == "INCLUDE":
             raise PartError(f"{self.file}: has *INCLUDE, which is not followed; give the file with the mesh itself")
         if name == "NODE":
-            self.nodes |= {int(card[0]): [float(x or 0) for x in [*card[1:4], "", "", ""][:3]] for card in cards}
+            self.nodes |= {_number(card[0]): [float(x or 0) for x in [*card[1:4], "", "", ""][:3]] for card in cards}
         elif name == "ELEMENT":
             self._elements(options.get("TYPE", ""), options.get("ELSET", ""), cards)
         elif name in ("NSET", "ELSET"):
@@ -162,7 +165,7 @@ class _Reader:
             kept.setdefault(options.get(name, ""), []).extend(self._members(kept, cards, "GENERATE" in options))
 
     def _elements(self, kind: str, elset: str, cards: list[list[str]]) -> None:
-        numbers = [int(x) for card in cards for x in card if x]
+        numbers = [_number(x) for card in cards for x in card if x]
         each = KINDS[kind].nodes + 1 if kind in KINDS else 1 + sum(bool(x) for x in cards[0][1:]) if cards else 1
         rows = np.reshape(numbers, (-1, each)).tolist()
         self.elements.setdefault(kind, {}).update({row[0]: row[1:] for row in rows})
@@ -174,16 +177,20 @@ class _Reader:
         for card in cards:
             words = [word for word in card if word]
             if generate:
-                first, last, step = (*(int(word) for word in words), 1)[:3]
-                yield from range(first, last + 1, step)
+                first, last, step = (*(_number(word) for word in words), 1)[:3]
+                members = range(first, last + 1, step)
+                if len(members) > MOST_NODES:
+                    raise ValueError("more nodes than a mesh has")
+                yield from members
                 continue
             for word in words:
                 if word.upper() in known:
                     yield from known[word.upper()]
                 else:
-                    yield int(word)
+                    yield _number(word)
 
     def _mesh(self) -> Mesh:
+        self.elements = {kind: of for kind, of in self.elements.items() if of}
         others = sorted(kind for kind in self.elements if kind.startswith("C3D") and kind not in KINDS)
         if others:
             raise PartError(f"{self.file}: elements {others[0]} are not read; mesh the part with tetrahedra or hexahedra: {', '.join(KINDS)}")
@@ -205,6 +212,14 @@ class _Reader:
         by_elements = {name: [n for e in numbers for n in every.get(e, [])] for name, numbers in self.elements_of.items()}
         sets = {name.upper(): np.array(sorted({row[n] for n in nodes if n in row}), dtype=np.intp) for name, nodes in (by_elements | self.nodes_of).items()}
         return Mesh(self.file, used, points, blocks, {name: nodes for name, nodes in sets.items() if len(nodes)})
+
+
+def _number(word: str) -> int:
+    """The number of a node or element.  Raises ValueError for one that no solver takes."""
+    number = int(word)
+    if not 0 < number < MOST_NUMBER:
+        raise ValueError("no number of a node or element")
+    return number
 
 
 def _keywords(text: str) -> Iterator[tuple[int, list[str], list[list[str]]]]:
