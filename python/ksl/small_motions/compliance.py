@@ -90,7 +90,7 @@ def _twists(body: Elastic, link: int, axes: Axes) -> Array:
     if one_of(axes, "axes", "frame", "world") == "world":
         R = body.to.pose[link, :3, :3]
         J = np.vstack([R @ J[:3], R @ J[3:]])
-    return J
+    return np.asarray(J)
 
 
 def _given_way(body: Elastic, loads: Array) -> Array:
