@@ -80,14 +80,24 @@ REDUCE = {
     quarters = (int)k;
 """,
 }
-DIFFERENCE = """\
-/* x - k p, rounded once, if the difference has 53 bits at most.  Both forms have the same bits. */
+IN_SINGLE = """\
+/* x - k p, rounded once, if the difference has 53 bits at most.  Both forms have the same bits; the first needs no double.  FP_FAST_FMAF is C's word for it,
+   which the libraries of microcontrollers (newlib, picolibc) lack. */
 static float @difference(float x, float k, float p) {
-#ifdef FP_FAST_FMAF
+#if defined(FP_FAST_FMAF) || defined(__FP_FAST_FMAF) || defined(__ARM_FEATURE_FMA) || defined(__riscv_flen)
   return fmaf(-k, p, x);
 #else
   return (float)((double)x - (double)k * (double)p);
 #endif
+}
+
+/* (int64_t)x of 2^24 <= |x| < 2^63.  Where no instruction does it, libraries of compilers convert by way of double. */
+static int64_t @integer(float x) {
+  union { float number; uint32_t bits; } of;
+  int64_t size;
+  of.number = x;
+  size = (int64_t)((of.bits & MANTISSA) | LEADING) << ((of.bits >> EXPONENT_AT & EXPONENT) - 150);
+  return x < 0.0f ? -size : size;
 }
 
 """
@@ -118,7 +128,7 @@ REDUCE  } else if (x - x == ZERO) {
     REAL unit;
     quarters = @reduce_large(x, &numerator, &unit);
     hi = (REAL)numerator;
-    lo = (REAL)(numerator - (int64_t)hi) * unit;
+    lo = (REAL)(numerator - INTEGER_OF(hi)) * unit;
     hi *= unit;
   } else {
     *sine_of_x = *cosine_of_x = x - x;
@@ -141,18 +151,18 @@ POLYNOMIALS  sine = hi + (z * hi * sine + (lo - half_z * lo));
 WORDS = {
     "double": {
         "UINT": "uint64_t", "MANTISSA": "UINT64_C(0xfffffffffffff)", "LEADING": "UINT64_C(0x10000000000000)", "<< TO_53_BITS": "", "EXPONENT_AT": "52", "EXPONENT": "0x7ff",
-        "ONE_AT": "1023", "BIAS": "1075", "FABS": "fabs", "LIMIT": "262144.0", "ZERO": "0.0", "HALF": "0.5", "UNITY": "1.0", "REAL": "double",
+        "ONE_AT": "1023", "BIAS": "1075", "FABS": "fabs", "LIMIT": "262144.0", "ZERO": "0.0", "HALF": "0.5", "UNITY": "1.0", "REAL": "double", "INTEGER_OF(": "(int64_t)(",
     },
     "float": {
         "UINT": "uint32_t", "MANTISSA": "UINT32_C(0x7fffff)", "LEADING": "UINT32_C(0x800000)", "TO_53_BITS": "29", "EXPONENT_AT": "23", "EXPONENT": "0xff",
-        "ONE_AT": "127", "BIAS": "179", "FABS": "fabsf", "LIMIT": "262144.0f", "ZERO": "0.0f", "HALF": "0.5f", "UNITY": "1.0f", "REAL": "float",
+        "ONE_AT": "127", "BIAS": "179", "FABS": "fabsf", "LIMIT": "262144.0f", "ZERO": "0.0f", "HALF": "0.5f", "UNITY": "1.0f", "REAL": "float", "INTEGER_OF(": "@integer(",
     },
 }  # fmt: skip
 
 
 def sine_cosine(prefix: str, scalar: str) -> str:
     """Definitions of `PREFIXsine_cosine` and what it calls."""
-    text = LARGE + "\n" + (DIFFERENCE if scalar == "float" else "") + WHOLE.replace("POLYNOMIALS", POLYNOMIALS[scalar]).replace("REDUCE", REDUCE[scalar])
+    text = LARGE + "\n" + (IN_SINGLE if scalar == "float" else "") + WHOLE.replace("POLYNOMIALS", POLYNOMIALS[scalar]).replace("REDUCE", REDUCE[scalar])
     text = text.replace("UINT64_C(", "\0(")  # the macro of C, not our word
     for word, meaning in WORDS[scalar].items():
         text = text.replace(word, meaning.replace("UINT64_C(", "\0(").replace("UINT32_C(", "\1("))
