@@ -169,7 +169,7 @@ def test_names_of_a_file_never_become_code(tmp_path):
         parent = link
     m = ksl.load_string(builder.build().to_urdf())
     ksl.generate(m, ["inverse_dynamics", f"jacobian:{m.link_names[1]}"], tmp_path, name="p", lanes=4)
-    for file in ("p.h", "p.c", "p_test.c", "p_lanes.h", "p_lanes.c", "CMakeLists.txt", "README.md"):
+    for file in ("p.h", "p.c", "p_test.c", "p_lanes.h", "p_lanes.c", "CMakeLists.txt", "library.json", "README.md"):
         text = (tmp_path / file).read_text()
         assert text.isascii() and "\\\n" not in text and "??/" not in text and "<b>" not in text
     assert "system" not in (tmp_path / "CMakeLists.txt").read_text()

@@ -23,12 +23,13 @@ def generate(
     contract: Annotated[bool, typer.Option("--contract", help="Let compilers fuse products and sums: faster, and no longer KSL's results to the bit.")] = False,
     undetermined: Annotated[str, typer.Option(metavar="refuse|least-norm", help="Reactions of closed mechanisms that rigid bodies leave open.")] = "refuse",
     lanes: Annotated[int, typer.Option(metavar="N", help="Functions of arrays of states, too, N of which are computed at a time: 4 doubles with AVX2, 8 with AVX-512.")] = 0,
+    flash: Annotated[int, typer.Option(metavar="BYTES", help="Refuse code that is larger, constants included, by the estimate of README.md.")] = 0,
     force: Annotated[bool, typer.Option("--force", help="Replace files of others with these names in DIR.")] = False,
     how: RobotOptions = RobotOptions(),
 ) -> None:
     """Write algorithms of this robot as plain C: one header, one source, no library.
 
-    Beside them a self-test, CMakeLists.txt, and README.md with order, units and the number of operations.
+    Beside them a self-test, files for CMake and PlatformIO, and README.md with order, units and the number of operations.
     """
     from ksl.generation.generate import generate as write
     from ksl.generation.open_reactions import Undetermined
@@ -37,7 +38,7 @@ def generate(
     model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     try:
-        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined), lanes)
+        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined), lanes, flash)
     except (ValueError, OutputError) as e:
-        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined, lanes=lanes))
+        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined, lanes=lanes, flash=flash))
     console(120).print(f"written: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True, markup=False)

@@ -1,4 +1,4 @@
-"""The files of generated code: header, source, self-test, CMakeLists.txt, README.md."""
+"""The files of generated code: header, source, self-test, CMakeLists.txt, library.json, README.md."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from ksl import _core
 from ksl.generation.arguments import OF_MODELS, argument_texts, some_numbers
 from ksl.generation.c99 import Printer, about_bytes
+from ksl.generation.flash import flash_bytes
 from ksl.generation.lanes_files import lanes_header, lanes_source
+from ksl.generation.manifest import manifest
 from ksl.generation.open_reactions import closed_position
 from ksl.generation.recording import DERIVATIVES, Operation
 from ksl.generation.requests import Function
@@ -70,6 +72,7 @@ class Code:
             f"{self.name}.c": self.source(),
             f"{self.name}_test.c": self.test(),
             "CMakeLists.txt": self.cmake(),
+            "library.json": manifest(self.name, _core.__version__, self.first_line(), self.contract),
             "README.md": self.readme(),
         }
 
@@ -77,6 +80,11 @@ class Code:
     def position_names(self) -> list[str]:
         """Names of the numbers of q, as in tables of motions."""
         return self._names("position")
+
+    @property
+    def name_bytes(self) -> int:
+        """Bytes of the longest of them, with its end."""
+        return max(string_bytes(name) for name in self.position_names)
 
     @cached_property
     def velocity_names(self) -> list[str]:
@@ -94,7 +102,6 @@ class Code:
 
     def header(self) -> str:
         names, sizes = self.position_names, (self.model.nq, self.model.nv)
-        most = max(string_bytes(name) for name in names)
         listed = "".join(f"   q[{k}] {comment(name)}\n" for k, name in enumerate(names))
         moved = "".join(f"   v[{k}] {comment(name)}\n" for k, name in enumerate(self.velocity_names))
         declared = "\n".join(f"{self.documented(f)}void {self.function(f)}({Printer(f.recording, self.prefix).parameters()});" for f in self.functions)
@@ -116,7 +123,7 @@ extern "C" {{
 #define {self.macro}_NV {sizes[1]}
 
 /* What the numbers of q are called, in UTF-8. */
-#define {self.macro}_NAME_BYTES {most}
+#define {self.macro}_NAME_BYTES {self.name_bytes}
 extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME_BYTES];
 
 {declared}
@@ -328,6 +335,7 @@ Numbers are `{self.scalar}`, SI units and radians. Six-vectors are linear first.
 |---|---|---|---|---|---|
 {rows}
 The bytes follow from the statements, as gcc and clang take them at `-O2` on x86-64: a third more or less. Constants of {8 if self.scalar == "double" else 4} bytes and 1,300 bytes of the sine are beside them.
+On a Cortex-M that computes `{self.scalar}` in hardware all of `{self.name}.c` takes about {flash_bytes(self):,} bytes of flash.
 `{self.name}.h` says what each reads and writes. A result is written whole, and may lie where an input of the same length is.
 
 ## Order of coordinates

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from ksl.base.errors import ArgumentError
+from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.arguments import arguments_given
 from ksl.generation.files import Code
+from ksl.generation.flash import refuse_larger
 from ksl.generation.lanes_files import POSSIBLE
 from ksl.generation.open_reactions import Undetermined
 from ksl.generation.requests import checked_prefix, functions_of
@@ -33,13 +34,14 @@ def generate(
     force: bool = False,
     undetermined: Undetermined = "refuse",
     lanes: int = 0,
+    flash: int = 0,
 ) -> list[Path]:
     """Writes algorithms of a robot as C99 that needs no library, and returns the paths of the files.
 
     algorithms: names of calls, with links or joints behind a colon: ["inverse_dynamics", "jacobian:tool0", "reactions:elbow+base"].  Rows of links
         and joints without names are of all of them.  All else has the defaults of the model's calls.  "vjp.reactions:elbow" is the derivative backward,
         weights of the inputs for weights of the results, and "jvp.…" forward, rates of the results for rates of the inputs; positions along joint velocities.
-    output: a folder, which gets NAME.h, NAME.c, NAME_test.c, CMakeLists.txt, README.md; made if it is missing.  All are written, or none.
+    output: a folder, which gets NAME.h, NAME.c, NAME_test.c, CMakeLists.txt, library.json (PlatformIO), README.md; made if it is missing.  All are written, or none.
     name: the prefix of files and functions: ur5_inverse_dynamics(q, v, a, tau).
     scalar: "double", or "float", whose results have the bits of the engine in single precision.
     arguments: inputs besides, of the functions that they matter to, in this order: "external:LINK+LINK" (links, 6), wrenches in the links' axes about
@@ -52,24 +54,28 @@ def generate(
 
     lanes: so many states are computed at a time by functions of arrays of states, in NAME_lanes.h and NAME_lanes.c; 2, 4, 8 or 16, as many as a register
         of the processor holds: 4 doubles with AVX2, 8 with AVX-512.  0: without them.
+    flash: bytes that NAME.c may take with its constants, by the estimate of README.md: on a Cortex-M that computes the scalar in hardware.  Code for other
+        microcontrollers takes 1.3 times as much in float, and 2 to 4 times in double.  0: any number.
 
     Units, frames and order are those of the model's calls; q has the order of the model's joints, which the header lists.  Functions have the engine's bits.
-    Raises ArgumentError where an algorithm isn't known or can't be generated, and names that C doesn't take; OutputError.
+    Raises ArgumentError where an algorithm isn't known or can't be generated, names that C doesn't take, and code larger than the flash; OutputError.
     O(operations of the algorithms); the code of inverse dynamics of an arm with six joints has about 480.
 
         ksl.generate(m, ["inverse_dynamics", "jacobian:tool0"], "ur5_c", name="ur5")
     """
     if scalar not in ("double", "float"):
-        raise ArgumentError(f"scalar={scalar!r}: expected double or float")
+        raise of_argument(ArgumentError, "scalar", ": expected double or float", scalar)
     if undetermined not in ("refuse", "least-norm"):
-        raise ArgumentError(f"undetermined={undetermined!r}: expected refuse or least-norm")
+        raise of_argument(ArgumentError, "undetermined", ": expected refuse or least-norm", undetermined)
     if lanes not in (0, *POSSIBLE):
-        raise ArgumentError(f"lanes={lanes!r}: expected one of {', '.join(map(str, POSSIBLE))}, or 0 for none")
+        raise of_argument(ArgumentError, "lanes", f": expected one of {', '.join(map(str, POSSIBLE))}, or 0 for none", lanes)
     prefix = checked_prefix(name)
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
     functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)
-    files = Code(model, prefix, scalar, contract, functions, lanes).files()
+    code = Code(model, prefix, scalar, contract, functions, lanes)
+    refuse_larger(code, flash)
+    files = code.files()
     folder = Path(output)
     refuse_inputs([folder / file for file in files], [given.file for given in model.inputs])
     with staged(folder, (), None if force else lambda: _refuse_others(folder, list(files), prefix)) as stage:

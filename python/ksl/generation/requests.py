@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ksl.base.errors import ArgumentError, close_names
+from ksl.base.errors import ArgumentError, close_names, of_argument
 from ksl.generation.arguments import OF_MODELS, Arguments, model_with
 from ksl.generation.open_reactions import Undetermined, refuse_open
 from ksl.generation.recording import DERIVATIVES, Recording, record, request_of
@@ -40,7 +40,10 @@ MOST_IN_NAME = 63
 def checked_prefix(name: str) -> str:
     """The prefix of all names, if C and C++ take it."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in KEYWORDS or name.lower() in TAKEN or len(name) > MOST_IN_NAME // 2:
-        raise ArgumentError(f"name={name!r}: is no name for C; expected at most {MOST_IN_NAME // 2} letters, digits and _, a letter first, and none of the words of C, its headers and CMake")
+        raise of_argument(
+            ArgumentError, "name",
+            f": is no name for C; expected at most {MOST_IN_NAME // 2} letters, digits and _, a letter first, and none of the words of C, its headers and CMake", name,
+        )  # fmt: skip
     return name
 
 
