@@ -6,6 +6,7 @@
 # make quick  after a change of an algorithm: compiles what includes it and runs the C++ tests of the engine (QUICK=NAME: those cases alone)
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make bench-arm  instructions on an emulated Arm processor, beside Pinocchio's; renews their table in docs/performance.md
+# make embedded  instructions, flash and stack of generated code on emulated microcontrollers; renews their tables in docs/microcontrollers.md
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make test-windows  the tests in C, and of the algebra, compiled for Windows, under Wine
 # make compile-macos  the library and the tests in C and C++, compiled and linked for macOS
@@ -43,7 +44,7 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo full test test-c test-gcc test-clang test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm release docs clean
+.PHONY: demo full test test-c test-gcc test-clang test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm embedded release docs clean
 .DELETE_ON_ERROR:
 
 # What is installed serves; else KSL is compiled for a first look.
@@ -124,6 +125,10 @@ bench-arm: $(VENV)/.tools
 	scripts/system_packages.sh bench-arm
 	$(MAKE) --no-print-directory -s -j $(CMAKE_BUILD_PARALLEL_LEVEL) -f bench/arm.mk
 	$(BIN)/python bench/arm/count.py build/bench
+
+embedded: $(VENV)/.tested
+	scripts/system_packages.sh embedded
+	$(BIN)/python bench/embedded/measure.py build/embedded
 
 bench-build: $(VENV)/.installed
 	scripts/system_packages.sh bench

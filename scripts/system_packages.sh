@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|bench-arm|lint|abi|fuzz|trust|windows, one or several
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|bench-arm|embedded|lint|abi|fuzz|trust|windows, one or several
 set -eu
 wanted=" $* "
 for_any() { # for_any NAME...: is one of them wanted
@@ -14,6 +14,7 @@ need() { # need PACKAGE COMMAND...: the package, unless the command succeeds
   "$@" >/dev/null 2>&1 || missing="$missing $package"
 }
 python=${PYTHON:-python3}
+has_specs() { "$1" -v --specs="$2"; }
 has_header() { echo "#include <$1>" | c++ -x c++ -E -; }
 
 has_browser() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
@@ -40,6 +41,15 @@ fi
 if for_any bench-arm; then
   need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
   need qemu-user command -v qemu-aarch64
+fi
+if for_any embedded; then
+  need gcc-arm-none-eabi command -v arm-none-eabi-gcc
+  need libnewlib-arm-none-eabi has_specs arm-none-eabi-gcc rdimon.specs
+  need qemu-system-arm command -v qemu-system-arm
+  need gcc-riscv64-unknown-elf command -v riscv64-unknown-elf-gcc
+  need picolibc-riscv64-unknown-elf has_specs riscv64-unknown-elf-gcc picolibc.specs
+  need qemu-system-misc command -v qemu-system-riscv32
+  need cppcheck command -v cppcheck
 fi
 if for_any bench; then
   need liborocos-kdl-dev has_header kdl/chain.hpp
