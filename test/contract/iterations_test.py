@@ -79,6 +79,14 @@ UNFINISHED = {
 
 NEED_NONE = {
     "small_motions/equilibrium.py: _shorter": "halves of a step; the search says that none helped",
+    "drivetrain/assembly.py: _corrected": "positions that are not closed then are NaN, or an error that says so",
+    "drivetrain/boxes.py: half_widths": "raises ResultError",
+    "drivetrain/c_maps.py: newton": "a fixed number; the header of the code states the largest error that is left",
+    "drivetrain/c_rows.py: rows_of_loops": "a row is chosen each time",
+    "drivetrain/least_squares.py: _lawson_hanson": "ends after a bounded number of exchanges; the serial model states by how much its efforts are off",
+    "drivetrain/ranges.py: _root": "halvings down to the last digit",
+    "drivetrain/ranges.py: _step": "ten corrections, of which three are needed; a range that ends wrongly is no closed position",
+    "drivetrain/ranges.py: _touch": "the same as of roots",
     "identify/base_parameters.py: of_regressor": "two steps, the second for what rounding left",
     "motions/closed_motion.py: keeps_closed": "each pass takes rates away that open a loop, until none is left that does",
     "motions/signal/corners.py: _tested": "two steps of Newton's from a start within a sample; what is not at a root is no jump",

@@ -32,8 +32,8 @@ def actuation(
 ) -> None:
     """Write what motors do to joints through rods: maps, limits of files beside the true ones, the serial model for simulators, and a report.
 
-    Files: report.html, maps and motion as Parquet and CSV, serial.urdf and serial.xml, a tree with the armature of rods and rotors, and closed.xml, the
-    mechanism as MJCF with its loops.
+    Files: report.html, maps and motion as Parquet and CSV, serial.urdf and serial.xml, a tree with the armature of rods and rotors, closed.xml, the
+    mechanism as MJCF with its loops, and leg_maps.h and .c, the maps in both directions for firmware.
     """
     from ksl.output import OutputError
     from ksl.report.compute_actuation import compute_actuation

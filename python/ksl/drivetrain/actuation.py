@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from numpy.typing import ArrayLike
 
+from ksl.drivetrain.c_maps import maps_in_c
 from ksl.drivetrain.efforts import EffortMap
 from ksl.drivetrain.motion import Carrier
 from ksl.drivetrain.ranges import Range, range_of
@@ -65,6 +66,20 @@ class Actuation(EffortMap):
         Its physics are those of this model and "armature".  `to_urdf` writes it; :func:`ksl.mjcf.write` writes it as MJCF.
         """
         return serial_model(self, self.with_rotors, at, limits)
+
+    def c_code(self, name: str = "leg", samples: int = 240) -> dict[str, str]:
+        """{file: text} of the maps in both directions as C99 for a controller, which need no library.
+
+        NAME_maps.h has `NAME_motors_of(joints, motors, jacobian)` and `NAME_joints_of`: a fitted start and a fixed number of Newton's steps over the equations of the
+        loops; the header states the largest error over the range.  NAME.c is the kinematics of the tree that they stand on, as :func:`ksl.generate` makes it.
+        name: before files and functions.  samples: positions of the range that are tried for the fit.
+
+        Raises ValueError for loops that are neither spherical, revolute, prismatic nor fixed, and for joints without code.
+
+            for file, text in a.c_code("ankle").items():
+                Path(file).write_text(text)
+        """
+        return maps_in_c(self, self.usable(samples), name)
 
     def serial_errors(self, serial: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, carrier: Carrier | None = None) -> SerialErrors:
         """How far efforts of a serial model are off along states q, v, a (…, joints), beside the tree whose rods and cranks are cut off."""

@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.errors import ResultError
 from ksl.mechanism.states import Array
 
 ITERATIONS = 200
@@ -37,6 +38,8 @@ def half_widths(to_motors: Array, limits: Array) -> Array:
             break
         b[left], multiplier[left], ended = _iteration(A[left], b[left], multiplier[left])
         left = left[~ended]
+    if len(left):
+        raise ResultError(f"the largest box of state {left[0]} is not found in {ITERATIONS} iterations: motors' limits there differ by more than the precision; it is near where motors hold nothing")
     half: Array = b / scale
     return half
 

@@ -75,7 +75,8 @@ def _limits(run: ActuationResults) -> str:
         verdict = f'<span style="color:var(--{colour})">{row.judgement}</span>' if colour else row.judgement
         name = f"{escape(row.file)}: {escape(row.joint)}" if several else escape(row.joint)
         reason = f'<span class="reason">{escape(row.reason)}</span>'
-        rows.append((name, f"{row.what}, {_unit(run, row.joint, row.what)}", format_number(row.given or 0.0), between, format_number(row.box) if np.isfinite(row.box) else "", verdict, reason))
+        together = format_number(row.box) if np.isfinite(row.box) else ""
+        rows.append((name, f"{row.what}, {_unit(run, row.joint, row.what)}", format_number(row.given or 0.0), between, together, verdict, reason))
     return f'<section id="limits"><h2>Limits</h2><p>{said}</p>{_table(("Joint", "Limit", "File", "Motors give", "Together", "The file is", ""), rows)}</section>'
 
 
@@ -152,7 +153,10 @@ def _motion(run: ActuationResults, charts: Charts) -> str:
         shares = [f"{peak / limit:.0%} of {format_number(limit)}" if limit else "no limit" for peak, limit in zip(peaks, (joint.effort, joint.velocity))]
         largest = [f"{format_number(peak)} {unit}" for peak, unit in zip(peaks, units)]
         rows.append((escape(name), largest[0], shares[0], largest[1], shares[1], largest[2]))
-    figures = [charts.over_time(x.time, f"Effort of {escape(name)}", [Panel("Effort, N m" if a.model.joint(name).unit == "rad" else "Effort, N", {"with rods and rotors": x.efforts[:, k], "static map": x.static[:, k]}, colours=("drive", "motion-2"))]) for k, name in enumerate(a.motors)]  # fmt: skip
+    figures = []
+    for k, name in enumerate(a.motors):
+        both = {"with rods and rotors": x.efforts[:, k], "static map": x.static[:, k]}
+        figures.append(charts.over_time(x.time, f"Effort of {escape(name)}", [Panel(f"Effort, {_unit(run, name, 'effort')}", both, colours=("drive", "motion-2"))]))
     if a.loops:
         figures.append(charts.over_time(x.time, "Forces at the ends of rods", [Panel("Force, N", {name: x.forces[:, k] for k, name in enumerate(a.loops)}, colours=CURVES)]))
     e = x.errors

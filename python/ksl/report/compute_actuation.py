@@ -33,7 +33,7 @@ class ActuationRun(ActuationResults):
     def write(self, directory: str | os.PathLike[str], force: bool = False) -> list[str]:
         """Writes report.html, maps and motion as Parquet and CSV, and the serial model as URDF and MJCF, completely or not at all; returns their names.
 
-        closed.xml is the closed mechanism as MJCF, where MuJoCo has its joints.  Raises OutputError.  Needs the extra `ksl[loads]`.
+        closed.xml is the closed mechanism as MJCF, where MuJoCo has its joints; leg_maps and leg are the maps in C, where they have its loops.  Raises OutputError.  Needs the extra `ksl[loads]`.
         """
         return write_actuation(self, Path(directory), force)
 
