@@ -12,7 +12,7 @@ import ksl
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "bench"))
 
-import control  # noqa: E402
+import torque_control  # noqa: E402
 import misra  # noqa: E402
 import tables  # noqa: E402
 from programs import Measured, code_of, measured, write  # noqa: E402
@@ -99,7 +99,7 @@ def main(build: str) -> None:
     ])  # fmt: skip
     print(text)
     tables.renew(PAGE, "calls", text)
-    tables.renew(PAGE, "control", control.figures(folder, plugin(folder)))
+    tables.renew(PAGE, "control", torque_control.figures(folder, plugin(folder)))
     tables.renew(PAGE, "MISRA", misra.figures(folder))
 
 

@@ -8,7 +8,7 @@ from generated_code import FLAGS, run
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/embedded"))
-from control import EXAMPLE, generated
+from torque_control import EXAMPLE, generated
 
 
 def test_the_controller_notices_a_contact_and_its_size(tmp_path):

@@ -90,7 +90,7 @@ class Robot:
 
 
 CALLS = [name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) if not name.startswith("_") and name not in OTHERS]
-BATCHED = [name for name in CALLS if "q" in inspect.signature(getattr(ksl.Model, name)).parameters and name not in ONE_POSITION | {"wrench_table", "show"}] + ["difference", "interpolate"]
+BATCHED = [name for name in CALLS if "q" in inspect.signature(getattr(ksl.Model, name)).parameters and name not in ONE_POSITION | {"wrench_table", "show", "free_bodies"}] + ["difference", "interpolate"]
 
 
 EVERY_ROBOT = each("robot", ROBOTS, functools.cache(Robot))

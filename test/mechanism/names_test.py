@@ -247,6 +247,7 @@ def test_links_are_meant_where_links_are_taken(robot, state, call):
 
 
 CLOSED = {
+    "actuation": lambda m, q, name: m.actuation([name]),
     "close": lambda m, q, name: m.close(q, hold=[name]),
     "branches": lambda m, q, name: m.branches(q, hold=[name], starts=1),
     "consistent_velocity": lambda m, q, name: m.consistent_velocity(q, np.zeros(3), given=[name]),

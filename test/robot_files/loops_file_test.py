@@ -202,4 +202,4 @@ def test_transmissions_have_the_type_without_which_others_refuse_a_file(file):
     for text in (file.read_text(), ksl.load(file).to_urdf()):
         transmissions = ElementTree.fromstring(text).findall("transmission")
         assert all((each.findtext("type") or "").startswith("transmission_interface/") for each in transmissions)
-    assert bool(transmissions) == (file.stem in ("andrews", "excavator"))
+    assert bool(transmissions) == ("<transmission" in file.read_text())

@@ -82,6 +82,11 @@ class Code:
         return self._names("position")
 
     @property
+    def names_bytes(self) -> int:
+        """The bytes of what all numbers of q are called."""
+        return len(self.position_names) * self.name_bytes
+
+    @cached_property
     def name_bytes(self) -> int:
         """Bytes of the longest of them, with its end."""
         return max(string_bytes(name) for name in self.position_names)
@@ -335,7 +340,7 @@ Numbers are `{self.scalar}`, SI units and radians. Six-vectors are linear first.
 |---|---|---|---|---|---|
 {rows}
 The bytes follow from the statements, as gcc and clang take them at `-O2` on x86-64: a third more or less. Constants of {8 if self.scalar == "double" else 4} bytes and 1,300 bytes of the sine are beside them.
-On a Cortex-M that computes `{self.scalar}` in hardware all of `{self.name}.c` takes about {flash_bytes(self):,} bytes of flash.
+On a Cortex-M that computes `{self.scalar}` in hardware all of `{self.name}.c` takes about {flash_bytes(self.functions, self.scalar, self.names_bytes):,} bytes of flash.
 `{self.name}.h` says what each reads and writes. A result is written whole, and may lie where an input of the same length is.
 
 ## Order of coordinates

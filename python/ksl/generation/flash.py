@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.c99 import STRAIGHT
 from ksl.generation.recording import Operation, Recording
-
-if TYPE_CHECKING:
-    from ksl.generation.files import Code
+from ksl.generation.requests import Function
 
 STATEMENT = {"float": 5.0, "double": 6.0}
 SPILLED = 0.6e-3
@@ -18,14 +16,13 @@ RESULT, CONSTANT, SINE = 4, 10, 1150
 """Bytes of a number of the results, of a constant with the instructions that read it, and of the sine."""
 
 
-def flash_bytes(code: Code) -> int:
-    """Those of NAME.c, to three digits: code, constants, the sine, the names of the coordinates.
+def flash_bytes(functions: Sequence[Function], scalar: str, names: int) -> int:
+    """Those of NAME.c, to three digits: code, constants, the sine, and `names` bytes of what the coordinates are called.
 
     gcc 12 makes 0.94 to 1.10 of it at -O2 (ten files each of the UR5 and the Panda; Cortex-M4F in float, M7 in double)."""
-    recordings = [f.recording for f in code.functions]
-    statements = sum(_statements(r, STATEMENT[code.scalar]) for r in recordings)
+    recordings = [f.recording for f in functions]
+    statements = sum(_statements(r, STATEMENT[scalar]) for r in recordings)
     sine = SINE if any(r.angles for r in recordings) else 0
-    names = len(code.position_names) * code.name_bytes
     constants = len(set[float]().union(*map(_constants, recordings)))
     return int(float(f"{statements + RESULT * sum(sum(r.sizes()) for r in recordings) + CONSTANT * constants + sine + names:.3g}"))
 
@@ -39,16 +36,16 @@ def _constants(of: Recording) -> set[float]:
     return {float(number) for number, what in zip(of.numbers, of.operations) if what == Operation.CONSTANT}
 
 
-def refuse_larger(code: Code, flash: int) -> None:
-    """Raises ArgumentError where the code takes more than `flash` bytes; 0 takes any."""
+def refuse_larger(functions: Sequence[Function], scalar: str, names: int, flash: int) -> None:
+    """Raises ArgumentError where the code takes more than `flash` bytes; 0 takes any.  names: as of flash_bytes."""
     if flash < 0:
         raise of_argument(ArgumentError, "flash", ": expected a number of bytes, or 0 for any", flash)
-    needed = flash_bytes(code)
+    needed = flash_bytes(functions, scalar, names)
     if flash and needed > flash:
-        largest = max(code.functions, key=lambda f: len(f.recording.operations))
+        largest = max(functions, key=lambda f: len(f.recording.operations))
         raise of_argument(
             ArgumentError, "flash",
-            f": the code takes about {needed:,} bytes on a Cortex-M that computes {code.scalar} in hardware, most of them for {largest.name}; "
+            f": the code takes about {needed:,} bytes on a Cortex-M that computes {scalar} in hardware, most of them for {largest.name}; "
             "ask for fewer algorithms, or for the links and joints that you need, or state more flash",
             flash,
         )  # fmt: skip

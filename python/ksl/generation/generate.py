@@ -74,7 +74,7 @@ def generate(
         algorithms = algorithms.split(",")
     functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)
     code = Code(model, prefix, scalar, contract, functions, lanes)
-    refuse_larger(code, flash)
+    refuse_larger(functions, scalar, code.names_bytes, flash)
     files = code.files()
     folder = Path(output)
     refuse_inputs([folder / file for file in files], [given.file for given in model.inputs])

@@ -45,7 +45,7 @@ class Equilibrium:
     """(nq): at rest where `converged`; elsewhere where the search ended."""
     converged: bool
     reason: str
-    """"at rest"; or how the search ended: "not found" where what is left has a minimum, "steps" where there were too few, "loops" where these could not be closed."""
+    """"at rest"; or how the search ended: "not found" where what is left has a minimum, "steps" where there were too few, "loops" where no closed position of these was found."""
     residual: Array
     """(n): the efforts that are left, N m or N, of the coordinates `independent`."""
     independent: NDArray[np.intp]

@@ -95,7 +95,7 @@ class _Balance:
         velocity[own] = step
         closed = self.model.close(self.model.integrate(q, self.model.consistent_velocity(q, velocity, own)), hold=own, starts=1)
         if not closed.converged:
-            raise ValueError("the loops could not be closed")
+            raise ValueError("no closed position of the loops was found")
         return closed.q
 
     def size(self, q: Array) -> float:
