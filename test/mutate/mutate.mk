@@ -6,7 +6,8 @@
 
 MUTATE_RUN = $(BIN)/python test/mutate/run.py
 
-MUTATE_SCOPES = algebra engine load batch sizing load_cases motions sweeps checks model comparison
+MUTATE_SCOPES = algebra engine load batch sizing load_cases motions sweeps checks mechanism simulation model robot_files comparison generation drivetrain \
+  small_motions parts
 
 mutate: build/mutate/.libraries
 	$(MUTATE_RUN) $(or $(MUTATED),$(MUTATE_SCOPES)) --list $(if $(MUTATED),,--write)

@@ -1,6 +1,6 @@
 """`make mutate`: how many sign, index and operator mutants the tests notice.
 
-    run.py algebra engine load batch sizing load_cases motions sweeps checks mechanism simulation model robot_files comparison [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
+    run.py algebra small_motions … [--fraction 0.25 | --each 8] [--only closing] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
 
 Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: in the same kind of process, order and
 limits, tests pass without a mutant, and mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
@@ -44,6 +44,10 @@ KNOWN = {
     "model": [("python/ksl/model/section.py", "origin - at", "- → +")],
     "robot_files": [("python/ksl/robot_files/mjcf_loops.py", "y0 + free - multiplier * x0", "- → +")],
     "comparison": [("python/ksl/comparison/bodies.py", "mass * np.outer(centroid, centroid)", "* → /")],
+    "generation": [("python/ksl/generation/turning.py", "k - k % (2 * half)", "- → +")],
+    "drivetrain": [("python/ksl/drivetrain/equations.py", "len(part.all) - len(self.rows)", "- → +")],
+    "small_motions": [("python/ksl/small_motions/modes.py", "R - Z @ np.linalg.solve(kzz, Z.T @ K @ R)", "- → +")],
+    "parts": [("python/ksl/parts/bodies.py", "m * acceleration + np.cross(turn, h)", "+ → -")],
 }
 PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("threads_test", "threads_fault_test", "engine_test", "interfaces_test")}
 FOLDERS = {"load_test": "test/load", "threads_fault_test": "test/faults"}
@@ -249,7 +253,17 @@ def is_no_mutant(n, mutants, results, reached):
     return results[n][0] == "unreached" and same_place and m.change[0] in "<>"
 
 
-def run(scope, fraction, seed, jobs, laws=True, only=""):
+def sample(chosen, mutants, fraction, each, seed):
+    """A random part of the numbers, or so many of each file."""
+    if each:
+        files = {}
+        for n in chosen:
+            files.setdefault(mutants[n].file, []).append(n)
+        return sorted(n for file, numbers in files.items() for n in random.Random(f"{seed} {file}").sample(numbers, min(each, len(numbers))))
+    return sorted(random.Random(seed).sample(chosen, round(fraction * len(chosen)))) if fraction < 1 else chosen
+
+
+def run(scope, fraction, seed, jobs, laws=True, only="", each=0):
     """The Result of one scope.  Ends the program if a mutant that is known to be wrong is not noticed."""
     start = time.time()
     build = PythonBuild(scope) if scope in PYTHON else Build(scope)
@@ -259,8 +273,7 @@ def run(scope, fraction, seed, jobs, laws=True, only=""):
     mutants = {m.number: m for m in build.mutants}
     known = [next(m.number for m in build.mutants if (m.file, m.code, m.change) == k) for k in KNOWN[scope]]
     chosen = sorted(n for n, m in mutants.items() if only in m.file)
-    if fraction < 1:
-        chosen = sorted(random.Random(seed).sample(chosen, round(fraction * len(chosen))))
+    chosen = sample(chosen, mutants, fraction, each, seed)
     results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, laws)
     for n in known:
         if results[n][0] not in NOTICED:
@@ -326,6 +339,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scopes", nargs="+", choices=list(KNOWN))
     parser.add_argument("--fraction", type=float, default=1.0, help="of the mutants, chosen at random")
+    parser.add_argument("--each", type=int, default=0, help="so many mutants of each file, chosen at random")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--only", default="", help="mutants of files with this in their names")
@@ -333,11 +347,11 @@ def main():
     parser.add_argument("--list", action="store_true", help="print the mutants that were not noticed")
     parser.add_argument("--write", action="store_true", help="write results.md and the record")
     options = parser.parse_args()
-    if options.write and (set(options.scopes) != set(KNOWN) or options.fraction != 1 or options.cpp or options.only):
+    if options.write and (set(options.scopes) != set(KNOWN) or options.fraction != 1 or options.each or options.cpp or options.only):
         parser.error("a part of the mutants or of the tests is not recorded: leave out --write")
     if options.write:
         to_record("--begun")
-    results = [run(scope, options.fraction, options.seed, options.jobs, not options.cpp, options.only) for scope in options.scopes]
+    results = [run(scope, options.fraction, options.seed, options.jobs, not options.cpp, options.only, options.each) for scope in options.scopes]
     figures, kept = [], True
     for result in results:
         outcomes, noticed, counted = result.counts(result.chosen)
