@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl.small_motions.deflections import Deflections
 from ksl_command import run_ksl
 from linkages import FOURBAR
 
@@ -40,6 +41,7 @@ def test_a_pose_a_motion_and_a_grid_are_the_modes_of_their_poses(folder):
     assert len(along.q) == 9 and along.time[0] == motion.time[0] and along.time[-1] == motion.time[-1]
     firsts = [m.modes(q, stiffness=GIVEN).frequencies[0] for q in along.q]
     assert along.lowest == int(np.argmin(firsts)) and along.frequencies[along.lowest, 0] == min(firsts) == along.modes.frequencies[0]
+    np.testing.assert_array_equal(ksl.frequencies(m, pose=along.q[3], stiffness=GIVEN, count=1).frequencies, [[firsts[3]]])
     grid = ksl.frequencies(m, pose=[0.1, 0], grid={"elbow": [0.0, 1.0], "shoulder": [0.2, 0.4, 0.6]}, stiffness=GIVEN)
     assert grid.q.tolist() == [[s, e] for e in (0.0, 1.0) for s in (0.2, 0.4, 0.6)]
 
@@ -79,6 +81,15 @@ def test_deflections_along_a_motion(folder):
     np.testing.assert_allclose(off, 0.4 * np.abs(turn[:, 0]), rtol=1e-9)
     assert f"{1000 * off.max():.4g} mm" in done.stdout and "shoulder motion 100 %" in done.stdout
     assert run_ksl("loads", "arm.urdf", "m.csv", "-o", "out", cwd=folder).returncode == 0 and not (folder / "out" / "deflection.csv").exists()
+
+
+def test_deflections_are_said_with_their_shares():
+    """A frame that is off by (3, 4, 0) mm, of which a joint's motion has (3, 0, 0), 9/25 of it in the direction of the whole."""
+    shares = np.array([[[[3e-3, 0, 0, 0.1, 0, 0], [0, 4e-3, 0, 0.2, 0, 0]]]])
+    one = Deflections("tool", ("hip",), ("walk",), (np.array([0.5]),), (shares,))
+    assert str(one) == "tool is off by up to 5 mm, at 0.5 s: hip bearing 64 %, hip motion 36 %"
+    two = Deflections("tool", ("hip",), ("walk", "run"), (np.array([0.5]), np.array([0.7])), (shares, shares / 2))
+    assert str(two) == "tool is off by up to 5 mm, at 0.5 s of walk: hip bearing 64 %, hip motion 36 %"
 
 
 BAD = {

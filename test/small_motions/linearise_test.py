@@ -5,7 +5,7 @@ import pytest
 
 import ksl
 from ksl.mechanism.joint_kinds import columns_of
-from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK
+from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, at
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
@@ -25,7 +25,7 @@ class Motion:
         for _ in range(8):
             left, rates = np.zeros(self.m.nv), np.zeros(self.m.nv)
             left[self.own] = x[:n] - self.m.difference(self.q, q)[self.own]
-            q = self.m.close(self.m.integrate(q, self.m.consistent_velocity(q, left, self.own)), hold=self.own, starts=1).q
+            q = self.m.close(self.m.integrate(q, self.m.consistent_velocity(q, left, self.own)), starts=1).q
         rates[self.own] = self.v[self.own] + x[n:]
         return q, self.m.consistent_velocity(q, rates, self.own)
 
@@ -68,15 +68,27 @@ def closed(text):
     return m, q, m.consistent_velocity(q, 2.5 * np.eye(m.nv)[0], ["A"]), 1.3 * np.eye(m.nv)[0]
 
 
+def hung():
+    """A body that floats, held at a ball by a link of a chain: four freedoms, so that turns don't commute."""
+    b = ksl.Builder("hung").add_link("ground").add_link("arm", 1.0, (0.1, 0.05, 0), np.diag([0.02, 0.03, 0.025]))
+    b.add_joint("A", "revolute", "ground", "arm", xyz=(0.1, 0, 0.2), axis=(0.6, 0, 0.8))
+    b.add_link("body", 2.0, (0.1, 0.2, -0.1), np.diag([0.05, 0.03, 0.04])).add_joint("free", "floating", "ground", "body", xyz=(0, 0.1, 0), rpy=(0.3, 0.2, 0.1))
+    m = b.add_loop("ball", "spherical", "arm", "body", at([0.3, 0.1, 0]), at([0, 0.1, 0.2])).build(drives=["A"])
+    q = m.close(m.random(1)).q
+    own = m.independent(q)
+    return m, q, m.consistent_velocity(q, np.where(np.isin(np.arange(m.nv), own), np.linspace(-1.5, 2, m.nv), 0), own), 1.3 * np.eye(m.nv)[0]
+
+
 @pytest.mark.parametrize(
     "state, outputs",
     [
+        (hung(), ["A.a", "free.wx", "free.vy", "free.az"]),
         (tree(), ["j1", "j1.v", "j1.a", "j0.wx", "j0.bx", "j2.fx", "j0.ty", "floating_base.wz", "floating_base.az"]),
         (closed(FOURBAR), ["A", "B", "B.v", "B.a", "C.fx", "B.fz"]),
         (closed(FREE_COUPLER), ["A.a", "C.fx", "D.v", "D", "B.wx", "B.vx", "B.vz"]),
         (closed(SLIDERCRANK), ["S", "S.v", "S.a", "C.fz"]),
     ],
-    ids=["tree", "four-bar", "four-bar with a coupler that floats", "slider-crank"],
+    ids=["body on a ball", "tree", "four-bar", "four-bar with a coupler that floats", "slider-crank"],
 )
 def test_about_a_moving_state_it_is_the_derivative_of_the_motion(state, outputs):
     m, q, v, tau = state
@@ -136,6 +148,14 @@ def test_the_package_control_takes_it_with_its_names():
     gain = control.lqr(system, np.eye(4), np.eye(1))[0]
     assert np.linalg.eigvals(l.A).real.max() > 1 and np.linalg.eigvals(l.A - l.B @ gain).real.max() < 0
     assert l.discrete(0.01).control().dt == 0.01
+
+
+def test_a_joint_with_several_coordinates_has_several_inputs():
+    m, q, v, tau = tree()
+    found, all_ = m.linearise(q, v, tau, inputs=["j1", "j0"]), m.linearise(q, v, tau)
+    names = columns_of(m.joint("j0"))[1]
+    assert found.inputs == ("j1", *names)
+    np.testing.assert_array_equal(found.B, all_.B[:, [all_.inputs.index(name) for name in found.inputs]])
 
 
 def test_bad_input():
