@@ -149,11 +149,17 @@ def test_rods_and_ankles_that_are_described_otherwise():
         hinges = hinges.replace(top, ball)
     universal = re.sub('<joint name="ankle_(pitch|roll)".*?</joint>|<link name="cross">.*?</link>', "", universal, flags=re.DOTALL)
     both = '<joint name="ankle" type="universal"><parent link="shank"/><child link="foot"/><origin xyz="0 0 -0.32"/><axis xyz="0 1 0"/><axis2 xyz="1 0 0"/></joint></robot>'
+    welded = text.replace('<link name="rod_left">', '<link name="rod_left"/><link name="bar">').replace('<parent link="rod_left"/>', '<parent link="bar"/>')
+    welded = welded.replace("</robot>", '<joint name="weld" type="fixed"><parent link="rod_left"/><child link="bar"/></joint></robot>')
+    light = re.sub(r'<link name="rod_right">.*?</link>', '<link name="rod_right"/>', welded, flags=re.DOTALL)
+    for other in (welded, light):  # a rod without a mass is one by the loop that ends at it, and one whose mass and loop are at a link that is welded to it
+        assert [rod.link for rod in ksl.load_string(other).actuation(JOINTS["two_rod_ankle"]).equations.rods] == ["rod_left", "rod_right"]
     a, b, c = leg("two_rod_ankle"), ksl.load_string(hinges).actuation(JOINTS["two_rod_ankle"]), ksl.load_string(universal.replace("</robot>", both)).actuation(["ankle"])
     q = a.usable(10)
     v, acc = np.random.default_rng(1).normal(size=(2, *q.shape))
     assert [rod.link for rod in b.equations.rods] == ["rod_left", "rod_right"]
     assert_allclose(b.motor_efforts(q, v, acc), a.motor_efforts(q, v, acc), rtol=1e-10, atol=1e-12)
+    assert_allclose(ksl.load_string(welded).actuation(JOINTS["two_rod_ankle"]).motor_efforts(q, v, acc), a.motor_efforts(q, v, acc), rtol=1e-10, atol=1e-12)
     for other in (b, c):
         assert_allclose(other.motors_of(q), a.motors_of(q), atol=1e-12)
         assert_allclose(other.jacobian_rate(q, v), a.jacobian_rate(q, v), atol=1e-11)

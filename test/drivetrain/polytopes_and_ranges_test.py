@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 from examples import JOINTS, leg
+from ksl.drivetrain.region import usable_ranges
 
 
 @pytest.mark.parametrize("name", JOINTS)
@@ -74,3 +75,28 @@ def test_a_platform_reaches_until_a_crank_is_in_line_with_its_rod():
 def test_ranges_without_an_end():
     r = leg("differential_wrist").range("roll", limits=False)
     assert (r.lower, r.upper, r.lower_by, r.upper_by) == (-np.inf, np.inf, "none", "none")
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_positions_are_used_a_little_away_from_where_efforts_have_no_bound(name):
+    """5 % of a range, next to an end by reach or hold; nothing next to a limit; a turn where there is no end."""
+    a = leg(name)
+    at = a.joints_of(a.motors_of(np.zeros(len(a.joints))))
+    for joint, found, centre in zip(a.joints, usable_ranges(a, at), at):
+        r = a.range(joint, at=at)
+        ends = np.clip([r.lower, r.upper], centre - np.pi, centre + np.pi)
+        back = [0.05 * np.ptp(ends) * (by in ("reach", "hold")) for by in (r.lower_by, r.upper_by)]
+        assert_allclose(found, ends + np.array([1, -1]) * back, atol=1e-12)
+
+
+def test_single_limits_are_those_of_polytopes_on_axes():
+    """What a joint has alone: the box's side is no longer, and the polytope ends there."""
+    a = leg("two_rod_ankle")
+    for q in a.usable(3, seed=2):
+        for what, to_motors in (("effort", a.jacobian(q).T), ("velocity", a.motor_jacobian(q))):
+            rows = [a.model.joint(motor).v_index for motor in a.motors]
+            limits = (a.model.effort_limit if what == "effort" else a.model.velocity_limit)[rows]
+            alone, box = ((a.effort_alone, a.effort_box) if what == "effort" else (a.velocity_alone, a.velocity_box))
+            used = np.abs(to_motors * alone(q)) / limits[:, None]
+            assert_allclose(used.max(axis=0), 1, rtol=1e-12)
+            assert (box(q)[:, 1] <= alone(q)).all()

@@ -64,6 +64,7 @@ PYTHON = python_mutator.ROOMS
 BESIDE = {
     "simulation": [f"test/laws/{name}_test.py" for name in ("simulation", "limits")],
     "model": ["test/laws/section_test.py", "test/mechanism"],
+    "drivetrain": ["test/report/actuation_report_test.py"],
     "mechanism": [f"test/laws/{name}_test.py" for name in ("closed", "inverse_kinematics")] + ["test/engine/loops"],
 }
 """Tests of a room of Python that stand elsewhere."""
