@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import ksl
-from ksl.simulation.drives_over_time import FINITE, LIMIT, NOT_NEGATIVE, SHARE, DriveNumbers, coordinates, over_time
+from ksl.simulation import drives_over_time
+from ksl.simulation.drives_over_time import FINITE, DriveNumbers, coordinates, over_time
 from ksl.simulation import PD, ComputedTorque, GravityCompensation, Reference
 
 TIMES = np.array([0.0, 0.5, 2.0])
@@ -47,9 +48,10 @@ def test_a_number_goes_to_the_coordinates_that_it_is_of(model):
 
 @pytest.mark.parametrize(
     ("allowed", "good", "bad"),
-    [(FINITE, [-1e308, 1e308], [np.inf, -np.inf, np.nan]), (NOT_NEGATIVE, [0.0, 1e308], [-1e-300, np.inf]), (LIMIT, [0.0, np.inf], [-1e-300, np.nan]), (SHARE, [0.0, 1.0], [-1e-9, 1 + 1e-9])],
+    [("FINITE", [-1e308, 1e308], [np.inf, -np.inf, np.nan]), ("NOT_NEGATIVE", [0.0, 1e308], [-1e-300, np.inf]), ("LIMIT", [0.0, np.inf], [-1e-300, np.nan]), ("SHARE", [0.0, 1.0], [-1e-9, 1 + 1e-9])],
 )
 def test_numbers_that_can_be(model, allowed, good, bad):
+    allowed = getattr(drives_over_time, allowed)
     for x in good:
         assert coordinates(model, x, "x", [6], allowed)[6] == x and coordinates(model, {"hinge": x}, "x", [6], allowed)[6] == x
     for x in bad:
