@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import ksl
 from examples import JOINTS, ROBOTS, leg, model
+from ksl.drivetrain import assembly
 
 pytestmark = pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")  # spherical is no kind of URDF's
 HERE = Path(__file__).parent
@@ -105,6 +106,16 @@ def test_identities_at_random_states(name):
     if not a.equations.rods:  # with idle rods it refuses: the drives leave a freedom
         drives = [m.joint(name).v_index for name in a.motors]
         assert_allclose(a.motor_efforts(q, v, acc), m.inverse_dynamics(Q, V, A)[:, drives], rtol=1e-9, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["two_rod_ankle", "three_rod_platform"])
+def test_steps_begin_along_their_rates(name, monkeypatch):
+    """So that three of Newton's corrections are enough."""
+    a = leg(name)
+    q = a.usable(12, seed=3)
+    wanted = a.motors_of(q)
+    monkeypatch.setattr(assembly, "CORRECTIONS", 3)
+    assert_allclose(a.motors_of(q), wanted, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["two_rod_ankle", "three_rod_platform"])

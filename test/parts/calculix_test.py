@@ -45,12 +45,18 @@ def solved(folder, cases, kind, units, coupling, turned=False):
         if words and words[0].isdigit():
             x = [float(w) for w in words]
             found.append(x) if isinstance(found, list) else found.update({int(x[0]): np.array(x[1:])})
-    body, row = part.body_forces(part.cases[0]), {n: i for i, n in enumerate(part.mesh.numbers.tolist())}
+    body, row = body_forces(part, part.cases[0]), {n: i for i, n in enumerate(part.mesh.numbers.tolist())}
     left = np.array([f - body[row[n]] for n, f in forces.items()])
     units_of = SYSTEMS[units]
     at = part.mesh.points / length
     u = np.array([moved[n] for n in part.mesh.numbers.tolist()]) / length
     return left / units_of.force, np.column_stack([np.array(points)[:, 2:] / length, np.array(stress)[:, 2:] / units_of.stress]), at, u
+
+
+def body_forces(part, case):
+    """(nodes, 3): all that the part's own mass is loaded by: free fall, acceleration, angular velocity and acceleration."""
+    of_one, of_r = part.mesh.integrals
+    return part.density * (of_one[:, None] * case.field - np.cross(case.spin, np.cross(case.spin, of_r))) + part.node_forces(case)
 
 
 def held_elsewhere(text, part):

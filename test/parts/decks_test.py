@@ -1,5 +1,6 @@
 """Decks as solvers read them: all that they load a bar with sums up to nothing, in either units; how they hold it; what is refused."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -76,6 +77,8 @@ def test_a_deck_of_calculix_is_in_balance(tmp_path, units, kind):
     left, largest = total(text, LENGTH[units])
     assert np.abs(left).max() < 1e-8 * largest and largest > 50
     assert len(notes) == 1 and f"the mesh has {MASS:.4g} kg (7850 kg/m³), the link {MASS:.4g} kg" in notes[0]
+    assert float(re.search(r"their centres are (\S+) mm apart", notes[0])[1]) < 1e-9
+    np.testing.assert_allclose(float(cards(text)["*ELASTIC"][0][0]), 2.1e11 if units == "m-kg-s" else 2.1e5, rtol=1e-9)  # Pa or MPa
 
 
 def test_a_deck_says_where_it_comes_from_and_has_a_step_for_each_case(tmp_path):
@@ -96,6 +99,14 @@ def test_what_holds_the_bar_is_just_enough(tmp_path):
     assert not on & {row[0] for row in found["*BOUNDARY"]}
 
 
+def test_nodes_of_elements_go_on_behind_a_comma(tmp_path):
+    """20 nodes need two lines: of 16 numbers at most each."""
+    text, _ = deck_of(tmp_path, kind="C3D20R")
+    block = text.partition("*ELEMENT, TYPE=C3D20R, ELSET=PART\n")[2].partition("\n*")[0]
+    assert max(len(line.rstrip(",").split(",")) for line in block.splitlines()) <= 16
+    assert [len(element.split(",")) for element in block.replace(",\n", ",").splitlines()] == 6 * [21]
+
+
 @pytest.mark.parametrize("units", LENGTH)
 def test_a_deck_of_nastran_is_in_balance(tmp_path, units):
     length = LENGTH[units]
@@ -106,6 +117,7 @@ def test_a_deck_of_nastran_is_in_balance(tmp_path, units):
         if card == "GRID*":
             at[words[0]] = np.array([float(x) for x in words[2:5]])
         elif card in ("FORCE*", "MOMENT*"):
+            assert words[0] == "10001"
             x = float(words[3]) * np.array([float(w) for w in words[4:7]])
             force, moment = (force + x, moment + np.cross(at[words[1]], x)) if card == "FORCE*" else (force, moment + x)
         elif card == "GRAV*":
@@ -120,11 +132,33 @@ def test_a_deck_of_nastran_is_in_balance(tmp_path, units):
     assert "PARAM,INREL,-2" in relieved and not any(card in relieved for card in ("GRAV*", "SPC1", "SPC = 1"))
 
 
+def test_cards_of_nastran_have_eight_fields_and_its_order_of_nodes(tmp_path):
+    """Of 20 nodes the ones in the middles of edges: four around the bottom, four upright, four around the top.  What carries a wrench distributes all six of it, by forces at nodes."""
+    lines, at, cards_of = deck_of(tmp_path, "nastran", kind="C3D20R")[0].splitlines(), {}, []
+    for line, following in zip(lines, [*lines[1:], ""]):
+        if line.startswith("GRID*"):
+            at[line[8:24].strip()] = np.array([float(x) for x in (line[40:56], line[56:72], following[8:24])])
+        fields = [line[k : k + 8].strip() for k in range(8, len(line), 8)]
+        if line.startswith(("CHEXA ", "RBE3 ")):
+            cards_of.append([line[:8].strip()])
+        if line.startswith(("CHEXA ", "RBE3 ", "+ ")):
+            assert len(line) <= 72
+            cards_of[-1] += fields
+    bricks = [card[3:] for card in cards_of if card[0] == "CHEXA"]
+    edges = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)]
+    for nodes in bricks:
+        for (a, b), middle in zip(edges, nodes[8:], strict=True):
+            np.testing.assert_allclose(at[middle], (at[nodes[a]] + at[nodes[b]]) / 2, atol=1e-9)
+    assert len(bricks) == 6 and [card[2:7] for card in cards_of if card[0] == "RBE3"] == [["", card[3], "123456", "1.0", "123"] for card in cards_of if card[0] == "RBE3"]
+
+
 def test_a_mesh_of_another_mass_leaves_a_share_to_the_nodes_that_hold_it_or_is_relieved(tmp_path):
     heavy = bar_cases(mass=2 * MASS)
     text, notes = deck_of(tmp_path, cases=heavy)
     left, largest = total(text, 1.0)
     assert np.abs(left).max() > 0.01 * largest and "three nodes hold up to" in notes[1] and "relief" in notes[1]
+    hinge, tip = (np.linalg.norm(w.wrench[:3]) for w in heavy[0].bodies["bar"].wrenches)
+    assert f"of {max(hinge, tip):.4g} N at the joints" in notes[1]
     text, notes = deck_of(tmp_path, cases=heavy, relief=True)
     assert np.abs(total(text, 1.0)[0]).max() < 1e-8 * largest and len(notes) == 1
     text, notes = deck_of(tmp_path, cases=heavy, material=Material())

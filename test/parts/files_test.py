@@ -91,6 +91,11 @@ def test_decks_of_earlier_runs_are_removed_and_files_of_others_are_not(folder, t
     with pytest.raises(ksl.PartError, match="holds free bodies of ur5, and these are of panda"):
         cases.write(out)
     assert cases.write(out, force=True)
+    for at in ("out/notes.txt", "mine_nastran.bdf", "out/old_nastran.bdf"):
+        (tmp_path / at).write_text("mine")
+    (out / "free_bodies.json").write_text(json.dumps({"made_of": {"robot": "panda"}, "files": [3, "notes.txt", "../mine_nastran.bdf", "old_nastran.bdf"]}))
+    cases.write(out)
+    assert [(tmp_path / at).exists() for at in ("out/notes.txt", "mine_nastran.bdf", "out/old_nastran.bdf")] == [True, True, False]
 
 
 def test_results_that_have_changed_are_refused(folder, tmp_path):

@@ -1,5 +1,7 @@
 """Which samples become cases: times, peaks, and few that keep a share, beside brute force and closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linkages import four_bar
@@ -80,7 +82,18 @@ def test_a_share_is_what_no_direction_undercuts_and_some_direction_reaches(most)
 def test_fewer_cases_than_dimensions_keep_nothing(run):
     cases = ksl.free_bodies(run, instants="hull", links=["panda_link2"], most=3)
     assert len(cases) == 3 and cases.share == 0 and "keep nothing for certain" in cases.notes[0]
+    assert len(ksl.free_bodies(run, instants="hull", links=["panda_link2"], most=1)) == 1
     assert extremes(np.zeros((5, 6)), 2) == (np.zeros(1), 1.0)
+
+
+def test_a_stress_is_largest_in_one_of_several_load_cases():
+    """A rod pulls by m c ω²: in the second case, at its third sample."""
+    m = ksl.Builder("rod").add_link("base").add_link("rod", 2.0, (0.5, 0, 0), np.eye(3)).add_joint("hinge", "revolute", "base", "rod", axis=(0, 0, 1)).build()
+    still, v = np.zeros((3, 1)), np.array([[0.0], [1], [9], [2]])
+    slow, fast = (np.arange(3.0), still, still, still), (np.arange(4.0), np.zeros((4, 1)), v, np.zeros((4, 1)))
+    each = [replace(ksl.compute_loads(m, motion).cases[0], name=name) for name, motion in (("slow", slow), ("fast", fast))]
+    found = ksl.free_bodies(ksl.compute_loads(m, cases=each), stress={"rod": {"hinge": [1.0, 0, 0, 0, 0, 0]}})
+    assert [(c.case, c.time) for c in found] == [("fast", 2.0)]
 
 
 def test_stresses_and_sections_need_few_cases(run):

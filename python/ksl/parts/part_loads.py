@@ -100,13 +100,6 @@ class PartLoads:
         assert self.mesh is not None
         return -self.density * np.cross(case.turn, self.mesh.integrals[1])
 
-    def body_forces(self, case: DeckCase) -> Array:
-        """(nodes, 3): all that the part's own mass is loaded by: free fall, acceleration, angular velocity and acceleration."""
-        assert self.mesh is not None
-        of_one, of_r = self.mesh.integrals
-        spinning = np.cross(case.spin, np.cross(case.spin, of_r))
-        return self.density * (of_one[:, None] * case.field - spinning) + self.node_forces(case)
-
 
 def part_loads(cases: Cases, link: str, mesh: Mesh | None, options: DeckOptions) -> PartLoads:
     """The loads of a link's part.  Raises PartError for sets that the mesh lacks, meshes in other units and sets that don't carry a moment."""
