@@ -10,6 +10,9 @@ from generated_code import EXAMPLES, FLAGS, FOLLOWED, run
 import ksl
 from ksl.base.errors import ArgumentError, CompilerError
 from ksl.generation import cache, compiled, compiler
+from ksl.generation.arguments import Arguments
+from ksl.generation.batches import source
+from ksl.generation.requests import functions_of
 
 ROWS = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian:tool0", "reactions:elbow+base", "energy", "inverse_dynamics_derivatives", "relative_pose:tool0+base_link"]
 
@@ -47,6 +50,13 @@ CALLS = [
 def same(x, y):
     x, y = (r if isinstance(r, tuple) else (r,) for r in (x, y))
     return all(np.array_equal(a, b) and a.dtype == b.dtype for a, b in zip(x, y, strict=True))
+
+
+@pytest.mark.parametrize(("row", "stores"), [("inverse_dynamics", "store"), ("mass_matrix", "store_chosen")])
+def test_only_what_stores_results_is_written(ur5, row, stores):
+    """Of a symmetric matrix a table chooses which number goes where; all other results are in order."""
+    text, _ = source(functions_of(ur5, [row], Arguments(()), False, "least-norm"), "k_", "double", 4)
+    assert [name for name in ("store", "store_chosen") if f"k_{name}(" in text] == [stores]
 
 
 @pytest.mark.parametrize("name", ["clang", "gcc"])
@@ -180,6 +190,14 @@ def test_the_cache_holds_what_was_compiled_and_only_the_users_own(ur5, tmp_path,
     monkeypatch.setattr(cache.os, "getuid", lambda: 12345)
     with pytest.raises(CompilerError, match="belongs to somebody else"):
         ur5.compile(["energy"])
+
+
+@pytest.mark.parametrize(("mode", "stays"), [(0o700, True), (0o710, True), (0o740, True), (0o704, True), (0o720, False), (0o702, False)])
+def test_a_cache_that_others_could_write_to_is_emptied(tmp_path, monkeypatch, mode, stays):
+    monkeypatch.setenv("KSL_CACHE", str(tmp_path))
+    (tmp_path / "code").write_text("")
+    tmp_path.chmod(mode)
+    assert cache.cache_folder() == tmp_path and tmp_path.stat().st_mode & 0o777 == 0o700 and (tmp_path / "code").exists() == stays
 
 
 def test_without_a_compiler_it_says_what_brings_one(ur5, tmp_path, monkeypatch):
