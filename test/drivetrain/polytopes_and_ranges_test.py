@@ -96,7 +96,7 @@ def test_single_limits_are_those_of_polytopes_on_axes():
         for what, to_motors in (("effort", a.jacobian(q).T), ("velocity", a.motor_jacobian(q))):
             rows = [a.model.joint(motor).v_index for motor in a.motors]
             limits = (a.model.effort_limit if what == "effort" else a.model.velocity_limit)[rows]
-            alone, box = ((a.effort_alone, a.effort_box) if what == "effort" else (a.velocity_alone, a.velocity_box))
+            alone, box = (a.effort_alone, a.effort_box) if what == "effort" else (a.velocity_alone, a.velocity_box)
             used = np.abs(to_motors * alone(q)) / limits[:, None]
             assert_allclose(used.max(axis=0), 1, rtol=1e-12)
             assert (box(q)[:, 1] <= alone(q)).all()

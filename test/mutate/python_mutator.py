@@ -6,8 +6,8 @@ What computes nothing is left out: annotations, defaults of arguments, decorator
 import ast
 from dataclasses import dataclass
 
-ROOMS = ("sizing", "load_cases", "motions", "sweeps", "checks", "mechanism", "simulation", "model", "robot_files", "comparison", "generation", "drivetrain",
-         "small_motions", "parts")
+ROOMS = ("sizing", "load_cases", "motions", "sweeps", "checks", "mechanism", "simulation", "model", "robot_files", "comparison",
+         "generation", "drivetrain", "small_motions", "parts")  # fmt: skip
 
 BINARY = {ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.Pow: ("**", "*")}
 COMPARED = {

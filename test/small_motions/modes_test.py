@@ -135,9 +135,13 @@ def test_springs_of_joints_at_a_pose_at_rest_are_those_of_linear_models():
     poles = np.linalg.eigvals(m.linearise(rest.q).A)
     assert rest.converged and rest.stable
     np.testing.assert_allclose(m.modes(rest.q, stiffness={"A": 0.0}).frequencies, poles.imag.max() / (2 * np.pi), rtol=1e-9)
-    b = arm().add_force_element("pull", "ground", (0.3, 0.2, 0), "l2", (0, 0.1, 0.1), 150.0, 0.1).add_force_element("free", "l0", (0.1, 0, 0), "l1", (0, 0.2, 0), 40.0)
-    short, long = ({"limits": limits, "stop_stiffness": 500.0} for limits in ((9.0, None), (None, 0.01)))
-    b.add_force_element("short", "ground", (0, 0.4, 0), "l1", (0.1, 0, 0), 20.0, **short).add_force_element("long", "l0", (0, 0, 0), "tool", (0, 0, 0.1), **long)
+    b = arm()
+    for name, ends, how in (
+        ("pull", ("ground", (0.3, 0.2, 0), "l2", (0, 0.1, 0.1)), {"stiffness": 150.0, "free_length": 0.1}),
+        ("short", ("ground", (0, 0.4, 0), "l1", (0.1, 0, 0)), {"stiffness": 20.0, "limits": (9.0, None), "stop_stiffness": 500.0}),
+        ("long", ("l0", (0, 0, 0), "tool", (0, 0, 0.1)), {"limits": (None, 0.01), "stop_stiffness": 500.0}),
+    ):
+        b.add_force_element(name, *ends, **how)
     m = b.build(physics="force elements")
     q = m.random(3)
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(m.mass_matrix(q), m.stiffness(q) + np.diag([0, 1e3, 0]))).real)
@@ -154,10 +158,7 @@ def rotor():
 
 def test_a_shaft_on_bearings_that_tilt_freely_is_a_body_on_two_springs():
     k1, k2, axial = 1.2e8, 9e7, 8e7
-    given = {
-        "A": {"axial": axial, "radial": k1, "tilting": 0.0},
-        "B": {"radial": k2, "tilting": 0.0, "axial": 1.0},
-    }  # axial of a cylindrical joint is its motion
+    given = {"A": {"axial": axial, "radial": k1, "tilting": 0.0}, "B": {"radial": k2, "tilting": 0.0, "axial": 1.0}}  # along a cylindrical joint: its motion
     M, K = np.diag([12.0, 0.09]), np.array([[k1 + k2, -k1 * 0.14 + k2 * 0.26], [-k1 * 0.14 + k2 * 0.26, k1 * 0.14**2 + k2 * 0.26**2]])
     pair = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)) / (2 * np.pi)
     found = rotor().modes([0.4], stiffness=given, gravity=False)
