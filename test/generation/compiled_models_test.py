@@ -126,6 +126,13 @@ def test_threads_memory_of_results_and_shapes_are_those_of_calls(ur5):
     assert messages[0] == messages[1] and "500" in messages[0]
 
 
+def test_slides_alone_need_no_sines():
+    b = ksl.Builder("gantry").add_link("bed").add_link("bridge", 8.0, (0, 0.1, 0), np.eye(3)).add_link("head", 2.0, (0, 0, 0.2), np.eye(3))
+    m = b.add_joint("x", "prismatic", "bed", "bridge", axis=(1, 0, 0)).add_joint("z", "prismatic", "bridge", "head", axis=(0, 0.6, 0.8)).build()
+    given = states(m, 20)
+    assert same(m.compile(["inverse_dynamics"]).inverse_dynamics(*given), m.inverse_dynamics(*given))
+
+
 def test_wrenches_and_mimic_joints(ur5):
     fast, given = ur5.compile(["inverse_dynamics"], external=["tool0", "forearm_link"]), states(ur5, 21)
     push = {"tool0": np.random.default_rng(1).normal(size=(21, 6)), "forearm_link": np.arange(6.0)}
