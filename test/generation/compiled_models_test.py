@@ -14,7 +14,7 @@ from ksl.generation.arguments import Arguments
 from ksl.generation.batches import source
 from ksl.generation.requests import functions_of
 
-ROWS = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian:tool0", "reactions:elbow+base", "energy", "inverse_dynamics_derivatives", "relative_pose:tool0+base_link"]
+ROWS = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian:tool0", "reactions:elbow+base", "energy", "inverse_dynamics_derivatives", "relative_pose:tool0+base_link", "point_velocity:tool0"]
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -44,6 +44,7 @@ CALLS = [
     ("energy", lambda m, q, v, a: m.energy(q, v)),
     ("inverse_dynamics_derivatives", lambda m, q, v, a: m.inverse_dynamics_derivatives(q, v, a)),
     ("relative_pose", lambda m, q, v, a: m.relative_pose(q, "tool0", "base_link")),
+    ("point_velocity", lambda m, q, v, a: m.point_velocity(q, v, "tool0", (0, 0, 0))),
 ]
 
 
@@ -173,6 +174,8 @@ def test_what_is_not_compiled_is_refused_with_its_name(ur5):
             m.compile([row])
     with pytest.raises(ArgumentError, match="scalar='half'"):
         ur5.compile(["energy"], scalar="half")
+    with pytest.raises(ArgumentError, match="lanes=3: expected one of 2, 4, 8, 16, or 0 for none"):
+        ksl.generate(ur5, ["energy"], "x", lanes=3)
 
 
 def test_the_cache_holds_what_was_compiled_and_only_the_users_own(ur5, tmp_path, monkeypatch):
@@ -235,8 +238,6 @@ def test_generated_functions_of_many_states_agree_with_the_engine(ur5, tmp_path,
     declared = next(line for line in page.splitlines() if line.startswith("void ur5_lanes_")).partition(" //")[0]
     ksl.generate(ur5, ["inverse_dynamics"], tmp_path / "page", name="ur5", lanes=8)
     assert declared in (tmp_path / "page" / "ur5_lanes.h").read_text()
-    with pytest.raises(ArgumentError, match="lanes=3"):
-        ksl.generate(ur5, algorithms, tmp_path / "x", lanes=3)
     run("gcc", *FLAGS, "-march=x86-64", "-fPIC", "-shared", "last_lanes.c", "-o", "code.so", "-lm", cwd=folder)
     code, (q, v, _) = ctypes.CDLL(str(folder / "code.so")), states(ur5, 7, np.float64 if scalar == "double" else np.float32)
     gravity, kinetic, potential = np.tile(np.array([1, 2, -3], q.dtype), (7, 1)), np.empty(7, q.dtype), np.empty(7, q.dtype)

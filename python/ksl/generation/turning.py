@@ -19,11 +19,6 @@ HEAD = """\
 """
 
 
-def _vector(prefix: str, scalar: str, length: int) -> str:
-    """The type of so many numbers, that of a number for one."""
-    return scalar if length == 1 else f"{prefix}v{length}"
-
-
 def types(prefix: str, scalar: str, lanes: int) -> str:
     """Vectors of fewer numbers than lanes; `u`: at any address."""
     text, length = "", 2
