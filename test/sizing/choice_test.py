@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import ksl
 import numpy as np
@@ -90,6 +91,7 @@ def test_all_pairs(seed):
     chosen = tuple(c.name for c in sizing.choices)
     assert sizing.settled and pairs[chosen][1]
     assert np.allclose([c.utilisation for c in sizing.choices], pairs[chosen][0], rtol=1e-10)
+    assert sizing.selection.masses == (0.0, sizing.choices[1].mass), "that of a motor without a link is in no link"
     torques = planar_torques(*motion(seed), {0.5: next(m["mass"] for m in MOTORS if m["name"] == chosen[1])})
     for k, c in enumerate(sizing.choices):
         used = {m["name"]: uses(m, torques[k], *(x[:, k] for x in motion(seed)[1:])) for m in MOTORS}
@@ -108,7 +110,7 @@ def level():
     return ksl.compute_loads(ksl.load_string(LIFTER), (np.arange(3.0), np.zeros((3, 2)), np.zeros((3, 2)), np.zeros((3, 2))))
 
 
-DIRECT = {"choose": [{"joint": j, "kind": "motor", "by": "price", "gear_ratio": 1, "link": "upper", "at": [x, 0, 0]} for j, x in (("first", 0.0), ("second", 0.5))]}
+DIRECT = {"choose": [{"joint": j, "kind": "motor", "by": "price", "gear_ratio": 1, "link": "upper", **at} for j, at in (("first", {}), ("second", {"at": [0.5, 0, 0]}))]}
 
 
 def test_cheapest_together_is_not_cheapest_each():
@@ -140,18 +142,21 @@ def test_a_counterweight_does_not_settle():
     assert found, "one circle at least"
 
 
-def test_loads_computed_again_with_the_masses_are_those_of_the_choice():
-    """`selection.on` gives the robot with the masses; the same components on its loads have the same figures."""
-    asked = requests(1.25, shoulder=0.1)
-    run = run_of(5)
+@pytest.mark.parametrize("brakes_from", [math.inf, 0.2])
+def test_loads_computed_again_with_the_masses_are_those_of_the_choice(brakes_from):
+    """`selection.on` gives the robot with the masses; the same components on its loads have the same figures, where drives or brakes supply efforts."""
+    gear = {"kind": "planetary gear", "joint": "first", "ratio": RATIO, "efficiency": EFFICIENCY, "nominal_torque": 80.0}
+    asked = requests(1.25, shoulder=0.1) | {"component": [gear]}
+    braked = lambda run: ksl.compute_loads(run.model, cases=[replace(run.cases[0], brakes_from=brakes_from)])
+    run = braked(run_of(5))
     sizing = ksl.size(run, asked, choose={"component": MOTORS})
-    heavier = run_of(5, sizing.selection.on(run.model))
+    heavier = braked(run_of(5, sizing.selection.on(run.model)))
     own = {"kind": "motor", "gear_ratio": RATIO, "gear_efficiency": EFFICIENCY}
     parts = [own | {k: x for k, x in m.items() if k not in ("mass", "price")} | {"joint": c.joint} for c in sizing.choices for m in MOTORS if m["name"] == c.name]
-    again = ksl.size(heavier, {"component": parts})
+    again = ksl.size(heavier, {"component": [gear, *parts]})
     assert [f.value for f in again.in_order] == pytest.approx([f.value for f in sizing.in_order], rel=1e-12) and len(again.in_order) > 6
-    peaks = lambda z: [row["bending_moment"] for row in z.peaks if row["joint"] == "base"]
-    assert peaks(again) == pytest.approx(peaks(sizing), rel=1e-12), "wrenches of all joints, too"
+    peaks = lambda z: [row[name] for row in z.peaks for name in ("bending_moment", "effort", "brake") if row.get(name) is not None]
+    assert peaks(again) == pytest.approx(peaks(sizing), rel=1e-12), "wrenches and brakes of all joints, too"
 
 
 def test_gears_come_before_their_motors():

@@ -60,11 +60,12 @@ def test_exact_integrals():
 
 
 def test_round_edges():
-    for x in ([0.0, 0.0], [-3.0, 9.7], [1e-5, 2e-5], [4.0, 4.0], [-7e6, 1.0], [0.0, 41.3]):
+    for x in ([0.0, 0.0], [-3.0, 9.7], [1e-5, 2e-5], [4.0, 4.0], [-7e6, 1.0], [0.0, 41.3], [0.0, 90.0]):
         edges = round_edges(np.array(x))
         widths = np.diff(edges)
         assert edges[0] <= min(x) and max(x) < edges[-1] and len(widths) <= 24 and np.allclose(widths, widths[0])
         assert np.isclose((edges / widths[0]) % 1, 0.5).all(), "a class lies about zero"
+        assert any(np.isclose(widths[0], k * 10.0 ** round(math.log10(widths[0] / k))) for k in (1, 2, 2.5, 5)), widths[0]
 
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, -1), AXIS])
@@ -157,6 +158,23 @@ def test_files(tmp_path):
     assert book.sheetnames == ["bearings", "durations", "rainflow", "bearing 1", "About"] and [c.value for c in book["bearing 1"][1]] == COLUMNS
     with pytest.raises(SizingError, match="holds spectra of r, and these are of other"):
         ksl.spectra(results(robot="other")).write(tmp_path / "s")
+
+
+def test_two_joints_have_points_and_sheets_of_their_own(examples, tmp_path):
+    m, t = ksl.load(examples / "robots/ur5.urdf"), np.linspace(0, 4, 81)
+    run = ksl.compute_loads(m, (t, *(np.outer(f(2 * t), np.arange(1, 7.0)) for f in (np.sin, lambda x: 2 * np.cos(x), lambda x: -4 * np.sin(x)))))
+    names = ["elbow", "wrist_1"]
+    plain, moved = ksl.spectra(run, names), ksl.spectra(run, names, at={"elbow": (0.1, 0.2, 0.3)})
+    np.testing.assert_array_equal(moved["wrist_1"].samples.moment, plain["wrist_1"].samples.moment)
+    s = plain["elbow"].samples
+    np.testing.assert_allclose(moved["elbow"].samples.moment, s.moment - np.cross((0.1, 0.2, 0.3), s.force), rtol=1e-9, atol=1e-9)
+    import openpyxl
+
+    plain.write(tmp_path / "s", xlsx=True)
+    book = openpyxl.load_workbook(tmp_path / "s/spectra.xlsx")
+    for k, name in enumerate(names, 1):
+        shares = [row[0] for row in book[f"bearing {k}"].iter_rows(values_only=True) if isinstance(row[0], float)]
+        np.testing.assert_allclose(shares, plain[name].bearing()["share"], rtol=1e-12)
 
 
 def test_bad_input():
