@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 import ksl
 from examples import JOINTS, ROBOTS, leg, model
 from ksl.drivetrain import assembly
+from ksl.drivetrain.parts import driven_outputs
 
 pytestmark = pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")  # spherical is no kind of URDF's
 HERE = Path(__file__).parent
@@ -129,6 +130,11 @@ def test_idle_rods_do_not_spin(name):
         spin = a.model.frame_velocity(Q, V, rod.link)[:, 3:] @ rod.direction
         assert_allclose(spin, 0, atol=1e-12)
         assert_allclose(a.model.frame_acceleration(Q, V, A, rod.link)[:, 3:] @ rod.direction, 0, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_joints_that_motors_move_by_rods_are_found(name):
+    assert driven_outputs(model(name)) == [JOINTS[name]]
 
 
 def test_a_joint_in_no_loop_is_its_own_motor():

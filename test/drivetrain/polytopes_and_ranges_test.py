@@ -1,5 +1,6 @@
 """Polytopes and boxes against linear programmes, and ranges against the geometry of rods."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 from examples import JOINTS, leg
+from ksl.drivetrain.judged_limits import judged_limits
 from ksl.drivetrain.region import usable_ranges
 
 
@@ -100,3 +102,16 @@ def test_single_limits_are_those_of_polytopes_on_axes():
             used = np.abs(to_motors * alone(q)) / limits[:, None]
             assert_allclose(used.max(axis=0), 1, rtol=1e-12)
             assert (box(q)[:, 1] <= alone(q)).all()
+
+
+@pytest.mark.parametrize("what", ["effort", "velocity"])
+def test_limits_of_a_file_are_judged_by_the_least_that_motors_give(what):
+    """A thousandth is a file's rounding.  Joints that the file lacks, and numbers that it doesn't give, are not judged."""
+    a = leg("two_rod_ankle")
+    joint = a.model.joint("ankle_pitch")
+    judge = lambda given: next(x for x in judged_limits(a, {"ankle_pitch": replace(joint, **{what: given})}) if x.what == what)
+    least, most = judge(1.0).least, judge(1.0).most
+    assert least < most
+    for given, judgement in ((0.99 * least, "too small"), (0.9995 * least, "true"), (least, "true"), (1.0005 * least, "true"), ((least + most) / 2, "partly too large"), (1.01 * most, "too large")):
+        assert judge(given).judgement == judgement
+    assert {x.joint for x in judged_limits(a, {"ankle_pitch": joint})} == {"ankle_pitch"} and judged_limits(a, {}) == []
