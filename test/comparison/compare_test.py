@@ -134,7 +134,7 @@ def test_a_library_that_ignores_armature(compared):
     assert next(r for r in found.reasons if r.topic == "armature").explains[0] == "mass matrix"
 
 
-@pytest.mark.parametrize("gravity", [(0, 0, 0), (0, 0, 9.81), (0, -9.81, 0)], ids=str)
+@pytest.mark.parametrize("gravity", [(0, 0, 0), (0, 0, 9.81), (0, -9.81, 0), (0, 0, -9.80665)], ids=str)
 def test_another_gravity(compared, gravity):
     found = compared(planted(lambda m: m.with_gravity(gravity)))
     assert [r.topic for r in found.reasons] == ["gravity"] and found.differing == DYNAMICS[:2] and found.unexplained == []

@@ -164,7 +164,7 @@ class RobotInMujoco(OtherRobot):
             J = np.zeros((2, 3, self.nv))
             mujoco.mj_jacBody(mj, data, J[0], J[1], i)
             jacobians[link] = (poses[link][:3, :3].T @ J).reshape(6, self.nv)
-        data.qfrc_applied[:], data.qacc[:] = 0.0, a
+        data.qacc[:] = a
         mujoco.mj_inverse(mj, data)
         return OneState(data.qfrc_inverse.copy(), accelerations, M, poses, jacobians)
 
