@@ -92,6 +92,7 @@ def test_all_pairs(seed):
     assert sizing.settled and pairs[chosen][1]
     assert np.allclose([c.utilisation for c in sizing.choices], pairs[chosen][0], rtol=1e-10)
     assert sizing.selection.masses == (0.0, sizing.choices[1].mass), "that of a motor without a link is in no link"
+    assert not any("these don't hold" in note for note in sizing.notes)
     torques = planar_torques(*motion(seed), {0.5: next(m["mass"] for m in MOTORS if m["name"] == chosen[1])})
     for k, c in enumerate(sizing.choices):
         used = {m["name"]: uses(m, torques[k], *(x[:, k] for x in motion(seed)[1:])) for m in MOTORS}
