@@ -9,6 +9,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -77,9 +78,14 @@ inline recording_of_python record(const ksl::model &m, const std::string &row, n
   }
   try {
     using ksl::generate::derivative;
-    return recording_of_python(kind == "jvp"   ? ksl::generate::record_derivative(m, asked, derivative::rates)
-                               : kind == "vjp" ? ksl::generate::record_derivative(m, asked, derivative::weights)
-                                               : ksl::generate::record(m, asked));
+    const std::map<std::string, derivative> kinds = {{"jvp", derivative::rates},
+                                                     {"vjp", derivative::weights},
+                                                     {"jacobian", derivative::matrix},
+                                                     {"adjoint", derivative::adjoint},
+                                                     {"adjoint's jacobian", derivative::adjoints_matrix}};
+    const auto found = kinds.find(kind);
+    return recording_of_python(found == kinds.end() ? ksl::generate::record(m, asked)
+                                                    : ksl::generate::record_derivative(m, asked, found->second));
   } catch (const ksl::generate::recording_error &e) {
     calls::refuse(row + " can't be generated for this mechanism: " + e.what());
   }

@@ -19,8 +19,10 @@ numbers joined(numbers x, const numbers &y) {
   return x;
 }
 
-void refuse(const model &m, const std::string &row, const recorded &of) {
-  if (row == "integrate" || of.inputs.front().name != "q") // positions are results, or two are inputs
+void refuse(const model &m, const std::string &row, const recorded &of, derivative kind) {
+  const bool by_velocities = kind == derivative::rates || kind == derivative::weights;
+  if (by_velocities &&
+      (row == "integrate" || of.inputs.front().name != "q")) // positions are results, or two are inputs
     throw std::invalid_argument("derivatives of " + row +
                                 " can't be generated: take integrate_jacobians or difference_jacobians");
   if (!m.loops().empty())
@@ -74,19 +76,77 @@ void write(const numbers &x, graph &to) {
     to.output(y.place());
 }
 
-} // namespace
+/// For each number of the results its derivatives by all numbers of the inputs: forward, input by input, or backward, result by result, whichever is less.
+std::vector<numbers> rows_of_matrix(const differentiation &steps, std::size_t inputs, std::size_t outputs) {
+  std::vector<numbers> rows(outputs, numbers(inputs, recording(0.0)));
+  const auto unit = [](std::size_t k, std::size_t n) {
+    numbers e(n, recording(0.0));
+    e[k] = 1.0;
+    return e;
+  };
+  if (outputs < inputs)
+    for (std::size_t i = 0; i < outputs; ++i)
+      rows[i] = steps.weights(unit(i, outputs));
+  else
+    for (std::size_t k = 0; k < inputs; ++k) {
+      const numbers column = steps.rates(unit(k, inputs));
+      for (std::size_t i = 0; i < outputs; ++i)
+        rows[i][k] = column[i];
+    }
+  return rows;
+}
 
-recorded record_derivative(const model &m, const request &asked, derivative kind) {
-  const recorded of = record(m, asked);
-  refuse(m, asked.row, of);
-  recorded out = {graph(asked.single), {}, {}};
-  const recording_on on(out.steps);
-  recorded_inputs in(out);
+numbers take_all(const recorded &of, recorded_inputs &in) {
   numbers given;
   for (const recorded_input &x : of.inputs)
     given = joined(std::move(given), in.take(x.name, x.numbers));
+  return given;
+}
+
+recorded matrix(const recorded &of, bool single) {
+  recorded out = {graph(single), {}, {}};
+  const recording_on on(out.steps);
+  recorded_inputs in(out);
+  const numbers given = take_all(of, in);
+  const auto rows = rows_of_matrix(differentiation(of.steps, given), given.size(), of.steps.outputs().size());
+  auto first = rows.begin();
+  for (const recorded_result &y : of.results) {
+    const int size = size_of(y);
+    std::ptrdiff_t begin = 0;
+    for (const recorded_input &x : of.inputs) {
+      for (auto row = first; row != first + size; ++row)
+        write({row->begin() + begin, row->begin() + begin + x.numbers}, out.steps);
+      out.results.push_back({"jac_" + y.name + "_" + x.name, {size, x.numbers}});
+      begin += x.numbers;
+    }
+    first += size;
+  }
+  out.steps = out.steps.needed();
+  return out;
+}
+
+recorded adjoint(const recorded &of, bool single) {
+  recorded out = {graph(single), {}, {}};
+  const recording_on on(out.steps);
+  recorded_inputs in(out);
+  const numbers given = take_all(of, in);
+  numbers weights;
+  for (const recorded_result &y : of.results)
+    weights = joined(std::move(weights), in.take("adj_" + y.name, size_of(y)));
+  write(differentiation(of.steps, given).weights(weights), out.steps);
+  for (const recorded_input &x : of.inputs)
+    out.results.push_back({"adj_" + x.name, shape_of(x, x.numbers)});
+  out.steps = out.steps.needed();
+  return out;
+}
+
+recorded along_velocities(const model &m, const recorded &of, bool single, derivative kind) {
+  recorded out = {graph(single), {}, {}};
+  const recording_on on(out.steps);
+  recorded_inputs in(out);
+  const numbers given = take_all(of, in);
   const int nq = m.nq(), nv = m.nv(); // q is the first input of every algorithm
-  const positions motion(m, asked.single, {given.begin(), given.begin() + nq}, in.zeros(nv));
+  const positions motion(m, single, {given.begin(), given.begin() + nq}, in.zeros(nv));
   const differentiation steps(of.steps, given);
   const recorded_input *const q = &of.inputs.front();
   if (kind == derivative::rates) {
@@ -110,6 +170,21 @@ recorded record_derivative(const model &m, const request &asked, derivative kind
   }
   out.steps = out.steps.needed();
   return out;
+}
+
+} // namespace
+
+recorded record_derivative(const model &m, const request &asked, derivative kind) {
+  const recorded of = record(m, asked);
+  refuse(m, asked.row, of, kind);
+  switch (kind) {
+  case derivative::matrix: return matrix(of, asked.single);
+  case derivative::adjoint: return adjoint(of, asked.single);
+  case derivative::adjoints_matrix: return matrix(adjoint(of, asked.single), asked.single);
+  case derivative::rates:
+  case derivative::weights: break;
+  }
+  return along_velocities(m, of, asked.single, kind);
 }
 
 } // namespace ksl::generate
