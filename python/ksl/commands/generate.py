@@ -24,6 +24,8 @@ def generate(
     undetermined: Annotated[str, typer.Option(metavar="refuse|least-norm", help="Reactions of closed mechanisms that rigid bodies leave open.")] = "refuse",
     lanes: Annotated[int, typer.Option(metavar="N", help="Functions of arrays of states, too, N of which are computed at a time: 4 doubles with AVX2, 8 with AVX-512.")] = 0,
     flash: Annotated[int, typer.Option(metavar="BYTES", help="Refuse code that is larger, constants included, by the estimate of README.md.")] = 0,
+    abi: Annotated[str, typer.Option(metavar="c|casadi", help="casadi: NAME_casadi.c, too, which CasADi loads, with Jacobians.")] = "c",
+    derivatives: Annotated[int, typer.Option(metavar="1|2", help="For CasADi: Jacobians, or second derivatives, too, as Ipopt's exact Hessian takes them.")] = 1,
     force: Annotated[bool, typer.Option("--force", help="Replace files of others with these names in DIR.")] = False,
     how: RobotOptions = RobotOptions(),
 ) -> None:
@@ -38,7 +40,7 @@ def generate(
     model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     try:
-        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined), lanes, flash)
+        files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined), lanes, flash, cast(Literal["c", "casadi"], abi), derivatives)
     except (ValueError, OutputError) as e:
-        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined, lanes=lanes, flash=flash))
+        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined, lanes=lanes, flash=flash, abi=abi, derivatives=derivatives))
     console(120).print(f"written: {', '.join(str(path) for path in files)}", highlight=False, soft_wrap=True, markup=False)

@@ -5,5 +5,6 @@
 self-test, CMakeLists.txt, README.md; `manifest.py`: library.json; `flash.py`: bytes on a microcontroller; `words.py`: names of a file in them; `rows.py`: what calls ask for, which follows from api/algorithms/.
 
 Many states: `lanes.py`: the printer of vectors; `turning.py`: rows into lanes and back; `batches.py`: the loop over states; `lanes_files.py`: NAME_lanes.c.
+CasADi: `casadi_blocks.py`: sparsity and Jacobians; `casadi_files.py`: NAME_casadi.c; `casadi_function.py`: `ksl.casadi_function`.
 `m.compile`: `compiled.py`, `compiler.py`, `cache.py`.
 """

@@ -56,11 +56,15 @@ def compiled(
 
 def load(text: str, compiler: Compiler) -> ctypes.CDLL:
     """The library of a text, from the cache if it is there.  Raises CompilerError."""
-    said = "\0".join([text, compiler.version, *compiler.command, *compiler.flags()])
-    path = cached(hashlib.sha256(said.encode()).hexdigest(), compiler.compile, text)
-    library = _opened(path)
+    library = _opened(built(text, compiler))
     _loaded.append(library)
     return library
+
+
+def built(text: str, compiler: Compiler) -> Path:
+    """The file of the library of a text, in the cache.  Raises CompilerError."""
+    said = "\0".join([text, compiler.version, *compiler.command, *compiler.flags()])
+    return cached(hashlib.sha256(said.encode()).hexdigest(), compiler.compile, text)
 
 
 def _opened(path: Path) -> ctypes.CDLL:

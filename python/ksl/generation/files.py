@@ -49,6 +49,8 @@ class Code:
     functions: Sequence[Function]
     lanes: int = 0
     """So many states are computed at a time by functions of many; 0: there are none."""
+    casadi: bool = False
+    """Is there NAME_casadi.c?"""
 
     @property
     def prefix(self) -> str:
@@ -296,12 +298,36 @@ target_include_directories({self.name} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
 {flag}if(UNIX)
   target_link_libraries({self.name} PUBLIC m)
 endif()
-
+{self.casadi_target()}
 enable_testing()
 add_executable({self.name}_test {self.name}_test.c)
 target_link_libraries({self.name}_test PRIVATE {self.name})
 add_test(NAME {self.name}_test COMMAND {self.name}_test)
 """
+
+    def casadi_target(self) -> str:
+        """A library that CasADi loads."""
+        if not self.casadi:
+            return ""
+        name = f"{self.name}_casadi"
+        return f"""
+add_library({name} MODULE {name}.c)
+set_target_properties({name} PROPERTIES PREFIX "")
+target_compile_options({name} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>)
+if(UNIX)
+  target_link_libraries({name} PRIVATE m)
+endif()
+"""
+
+    def for_casadi(self) -> str:
+        """What is said of functions for CasADi."""
+        if not self.casadi:
+            return ""
+        names = ", ".join(f"`{self.prefix}casadi_{f.name}`" for f in self.functions)
+        return (
+            f"`{self.name}_casadi.c` has {names} for CasADi, with their Jacobians, and needs no other file: `cc -std=c99 -O2 -ffp-contract=off -fPIC -shared {self.name}_casadi.c "
+            f'-o {self.name}_casadi.so -lm`, then `casadi.external("{self.prefix}casadi_{self.functions[0].name}", "./{self.name}_casadi.so")`.\n\n'
+        )
 
     def many(self) -> str:
         """What is said of functions of many states."""
@@ -334,7 +360,7 @@ add_test(NAME {self.name}_test COMMAND {self.name}_test)
 Numbers are `{self.scalar}`, SI units and radians. Six-vectors are linear first. The world is the frame of the robot's root, or that in which a floating base moves.
 {bits}
 
-{self.many()}{self.slower()}## Functions
+{self.many()}{self.for_casadi()}{self.slower()}## Functions
 
 | | + - * / | angles | of them / | roots | bytes of code, about |
 |---|---|---|---|---|---|

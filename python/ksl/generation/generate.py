@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.arguments import arguments_given
+from ksl.generation.casadi_files import casadi_source, checked_derivatives
 from ksl.generation.files import Code
 from ksl.generation.flash import refuse_larger
 from ksl.generation.lanes_files import POSSIBLE
@@ -35,6 +36,8 @@ def generate(
     undetermined: Undetermined = "refuse",
     lanes: int = 0,
     flash: int = 0,
+    abi: Literal["c", "casadi"] = "c",
+    derivatives: int = 1,
 ) -> list[Path]:
     """Writes algorithms of a robot as C99 that needs no library, and returns the paths of the files.
 
@@ -56,6 +59,9 @@ def generate(
         of the processor holds: 4 doubles with AVX2, 8 with AVX-512.  0: without them.
     flash: bytes that NAME.c may take with its constants, by the estimate of README.md: on a Cortex-M that computes the scalar in hardware.  Code for other
         microcontrollers takes 1.3 times as much in float, and 2 to 4 times in double.  0: any number.
+    abi: "c", or "casadi" for NAME_casadi.c, too: the functions and their Jacobians as CasADi loads them, NAME_casadi_inverse_dynamics, in double
+        precision; inputs and results as :func:`ksl.casadi_function` has them.
+    derivatives: of the functions for CasADi: 1, Jacobians; 2, second derivatives of weighted sums of the results, too.
 
     Units, frames and order are those of the model's calls; q has the order of the model's joints, which the header lists.  Functions have the engine's bits.
     Raises ArgumentError where an algorithm isn't known or can't be generated, names that C doesn't take, and code larger than the flash; OutputError.
@@ -69,13 +75,20 @@ def generate(
         raise of_argument(ArgumentError, "undetermined", ": expected refuse or least-norm", undetermined)
     if lanes not in (0, *POSSIBLE):
         raise of_argument(ArgumentError, "lanes", f": expected one of {', '.join(map(str, POSSIBLE))}, or 0 for none", lanes)
+    if abi not in ("c", "casadi"):
+        raise of_argument(ArgumentError, "abi", ": expected c or casadi", abi)
+    if abi == "casadi" and scalar == "float":
+        raise ArgumentError('abi="casadi": CasADi computes in double precision; leave scalar="float" (--scalar float) out')
     prefix = checked_prefix(name)
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
     functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)
-    code = Code(model, prefix, scalar, contract, functions, lanes)
+    code = Code(model, prefix, scalar, contract, functions, lanes, abi == "casadi")
     refuse_larger(functions, scalar, code.names_bytes, flash)
     files = code.files()
+    if code.casadi:
+        inner = f"{prefix}_casadi_"
+        files[f"{prefix}_casadi.c"] = casadi_source(model, functions, code.first_line(), inner, inner, checked_derivatives(derivatives), undetermined)
     folder = Path(output)
     refuse_inputs([folder / file for file in files], [given.file for given in model.inputs])
     with staged(folder, (), None if force else lambda: _refuse_others(folder, list(files), prefix)) as stage:
