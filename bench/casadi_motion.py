@@ -7,7 +7,6 @@ Needs casadi, adam-robotics and gcc.  Adam has no reactions: both problems bound
 Times of Ipopt are whole solutions; how long functions take to make is listed apart.
 """
 
-import subprocess
 import sys
 import tempfile
 import time
@@ -69,7 +68,7 @@ def adams(path: Path, m: ksl.Model) -> cs.Function:
 
 def main() -> None:
     path = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1] / "examples/robots/ur5.urdf"
-    m = ksl.load(path)
+    m = ksl.load(path).with_gravity((0, 0, -9.80665))  # that of adam
     one_call(m)
     begin = time.perf_counter()
     own = ksl.casadi_function(m, "inverse_dynamics", derivatives=2)
