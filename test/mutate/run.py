@@ -37,7 +37,7 @@ KNOWN = {
     "sizing": [("python/ksl/sizing/motor.py", "T / ratio * factor", "* → /"), ("python/ksl/sizing/life.py", "0.47", "a tenth more")],
     "load_cases": [("python/ksl/load_cases/case_file.py", "x * y - z * w", "- → +")],
     "motions": [("python/ksl/motions/signal/rates.py", "cosine * x[:, 0] + sine * x[:, 1]", "+ → -")],
-    "sweeps": [("python/ksl/sweeps/variants.py", "motion.time / factor", "/ → *")],
+    "sweeps": [("python/ksl/sweeps/variants.py", "y * y + z * z", "+ → -")],
     "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
     "mechanism": [("python/ksl/mechanism/lengths.py", "trace / 2 / mass", "/ → *")],
     "simulation": [("python/ksl/simulation/simulate.py", "energy - energy[..., :1]", "- → +")],
