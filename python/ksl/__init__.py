@@ -12,7 +12,7 @@ What there is for users; help(ksl.load) and the like say more:
     robots        load(path), load_string(text), Builder: a Model, with its Joint and Link; every algorithm is a method, help(ksl.Model)
     jobs          compute_loads, hold: a Run, with verdict, wrenches, summary, report; size, spectra, sweep; frequencies; free_bodies: load cases of parts;
                   check: Findings of one Finding each;
-                  compare: a Comparison with other libraries; generate: plain C of one robot; casadi_function: a function of CasADi
+                  compare: a Comparison with other libraries; generate: plain C of one robot; casadi_function: a function of CasADi; fmu: one for co-simulation
     legs          actuation(m, joints): an Actuation, what motors do to joints through rods, and back; compute_actuation: an ActuationRun, its report
     motions       read_motion, read_efforts; motions.generate makes some
     algebra       Pose, Twist, Acceleration, Wrench, Momentum, Inertia: typed, with checked frames; ufuncs: the same over plain arrays
@@ -58,6 +58,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.robot_files.loading import load as load
     from ksl.robot_files.loading import load_string as load_string
     from ksl.generation.casadi_function import casadi_function as casadi_function
+    from ksl.generation.fmu import fmu as fmu
     from ksl.generation.generate import generate as generate
     from ksl.drivetrain.actuation import Actuation as Actuation
     from ksl.drivetrain.actuation import actuation as actuation
@@ -119,6 +120,7 @@ _MODULE_OF = {
     "compare": "ksl.comparison.compare_robot",
     "compute_actuation": "ksl.report.compute_actuation",
     "compute_loads": "ksl.report.compute_loads",
+    "fmu": "ksl.generation.fmu",
     "free_bodies": "ksl.parts.compute_free_bodies",
     "frequencies": "ksl.small_motions.frequencies",
     "generate": "ksl.generation.generate",

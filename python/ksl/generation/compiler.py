@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +20,7 @@ VARIABLE = "KSL_CC"
 CANDIDATES = ("clang", "gcc", "cc")
 """Tried in this order: clang takes a third of gcc's time for long functions, and its lanes are no slower (docs/decisions/0028-compiled-models.md)."""
 BRING = "install one, as by `apt install clang`, or `pip install 'ksl[compile]'`, which brings one along; or name one in the variable KSL_CC"
+PLAIN = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared", "-w")
 MOST_SECONDS = 600
 SHOWN_LINES = 6
 """So many of what a compiler says are shown."""
@@ -32,18 +34,32 @@ class Compiler:
 
     def flags(self) -> list[str]:
         """Results keep the engine's bits: nothing is fused.  Code is for the instruction set whose kernels run, and no other."""
+        return [*PLAIN, *self._instructions()]
+
+    def portable_flags(self) -> list[str]:
+        """For every processor of this machine's kind; only what is declared for export is visible in the library."""
+        return [*PLAIN, "-fvisibility=hidden", *(["-mcpu=baseline"] if self._is_zig() else [])]
+
+    def _is_zig(self) -> bool:
+        return "zig" in self.version or "ziglang" in self.command
+
+    def _instructions(self) -> list[str]:
         instructions = _core.instruction_set()
-        if "zig" in self.version or "ziglang" in self.command:
+        if self._is_zig():
             target = [f"-mcpu={instructions.replace('-', '_')}"] if instructions.startswith("x86") else []
         else:
             target = [f"-march={instructions}"] if instructions.startswith("x86") else []
         if instructions == "x86-64-v4":
             target.append("-mprefer-vector-width=512")  # clang takes half registers otherwise, and twice the time for a humanoid
-        return ["-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared", "-w", *target]
+        return target
 
     def compile(self, source: Path, library: Path, kept: Path) -> None:
         """Raises CompilerError with the first lines that the compiler says.  kept: where the source is found afterwards."""
-        command = [*self.command, *self.flags(), str(source), "-o", str(library), "-lm"]
+        self.build([source], library, self.flags(), f"{kept}, which is kept")
+
+    def build(self, sources: Sequence[Path], library: Path, flags: Sequence[str], named: str) -> None:
+        """A library of several sources.  named: what they are in the message of a CompilerError, which has the first lines that the compiler says."""
+        command = [*self.command, *flags, *map(str, sources), "-o", str(library), "-lm"]
         try:
             done = subprocess.run(command, capture_output=True, timeout=MOST_SECONDS, cwd=library.parent, check=False)
         except subprocess.TimeoutExpired:
@@ -53,7 +69,7 @@ class Compiler:
         if done.returncode or not library.exists():
             said = [line for line in done.stderr.decode("utf-8", "replace").splitlines() if line.strip()][:SHOWN_LINES]
             ended = f"was ended by signal {-done.returncode}" if done.returncode < 0 else f"ended with status {done.returncode}"
-            raise CompilerError("\n    ".join([f"{self.command[0]} {ended} for {kept}, which is kept:", *said]))
+            raise CompilerError("\n    ".join([f"{self.command[0]} {ended} for {named}:", *said]))
 
 
 def find_compiler(name: str | None = None) -> Compiler:
