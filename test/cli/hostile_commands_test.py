@@ -128,6 +128,7 @@ PRINTED = {
     "loads": (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv", "--mcap", "--mat"), 0),
     "free-bodies": (("free-bodies", "results", "-o", "OUT", "--deck", "calculix"), 0),
     "generate": (("generate", "robot.urdf", "--algorithms", "bias", "-o", "OUT"), 0),
+    "generate --fmu": (("generate", "robot.urdf", "--fmu", "inverse", "-o", "OUT.fmu"), 0),
     "actuation": (("actuation", "robot.urdf", "--joints", "=HYPERLINK(1),-2+3", "-o", "OUT"), 0),
     "hold": (("hold", "robot.urdf"), 0),
     "modes": (("modes", "robot.urdf", "--stiffness", "stiffness.toml", "--motion", "motion.csv", "-o", "OUT.csv"), 0),

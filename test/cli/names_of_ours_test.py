@@ -19,7 +19,7 @@ COMMANDS = {
     "check": [("ROBOT",)],
     "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
     "free-bodies": [("DIR/results", "-o", "DIR/parts", "--links", "case,Arm"), ("DIR/results", "-o", "DIR/decks", "--deck", "calculix", "--deck", "nastran", "--apart")],
-    "generate": [("ROBOT", "--algorithms", "reactions", "-o", "DIR/c")],
+    "generate": [("ROBOT", "--algorithms", "reactions", "-o", "DIR/c"), ("ROBOT", "--fmu", "forward", "-o", "DIR/fmu")],
     "hold": [("ROBOT",), ("ROBOT", "--payload", "1", "--on-link", "case")],
     "info": [("ROBOT",)],
     "motion": [("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.csv"), ("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.parquet")],

@@ -156,7 +156,7 @@ def _sparsities(of: Part) -> tuple[tuple[str, list[int]], ...]:
 
 
 def _blocks(of: Recording, layouts: Mapping[str, _Layout], pairs: Sequence[tuple[str, str]] = ()) -> list[Matrix]:
-    """Of a recording of derivatives.  pairs: of which results by which inputs they are, if names don't say it; none of those of an empty name."""
+    """The blocks of a recording of derivatives.  pairs: of which results by which inputs they are, if names don't say it; none of those of an empty name."""
     named = {f"jac_{y}_{x}": (y, x) for y in layouts for x in layouts}
     found = []
     for (_, steps), (y, x) in zip(_nonzero_results(of), pairs or [named[name] for name, _ in of.results]):

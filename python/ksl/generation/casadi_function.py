@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ksl.model.model import Model
 
 PREFIX = "ksl_inner_"
-"""Of names in the text that CasADi doesn't look for."""
+"""What names in the text begin with that CasADi doesn't look for."""
 
 
 def casadi_function(

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ksl.model.model import Model
 
 MOST_STEPS = 10_000_000
-"""Of one communication step, as of a run of `m.simulate`."""
+"""So many steps one communication step has at most, as a run of `m.simulate` has."""
 UNIT = 1e-6
 """So far a quaternion that is set may be from unit length."""
 

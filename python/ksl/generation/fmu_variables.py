@@ -30,10 +30,10 @@ class Variable:
     causality: Causality
     unit: str
     start: float
-    """Of parameters and inputs; of outputs it follows."""
+    """The number at the start of parameters and inputs; that of outputs follows."""
     text: str
     depends_on_inputs: bool = True
-    """Of outputs: does it follow an input at the same instant?"""
+    """Does an output follow an input at the same instant?"""
 
 
 @dataclass(frozen=True)
