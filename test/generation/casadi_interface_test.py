@@ -155,3 +155,13 @@ def test_without_casadi_the_command_that_brings_it_is_said():
     code = f"import sys, importlib.util\nreal = importlib.util.find_spec\nimportlib.util.find_spec = lambda n, *x: None if n == 'casadi' else real(n, *x)\nimport ksl\nksl.casadi_function(ksl.load({str(EXAMPLES / 'ur5.urdf')!r}), 'energy')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "a function of CasADi needs the package casadi; install it with: pip install 'ksl[casadi]'" in done.stderr
+
+
+def test_the_lines_of_the_page_bound_a_reaction(ur5):
+    page = (EXAMPLES.parents[1] / "docs" / "c_code.md").read_text(encoding="utf-8")
+    code = page.split("## CasADi")[1].split("```python\n")[1].split("```")[0]
+    opti = cs.Opti()
+    q, v, a = (opti.variable(6) for _ in range(3))
+    scope = {"ksl": ksl, "casadi": cs, "m": ur5, "opti": opti, "q": q, "v": v, "a": a}
+    exec(code, scope)
+    assert opti.ng == 1 and scope["tau"](np.zeros(6), np.zeros(6), np.zeros(6)).shape == (6, 1)
