@@ -31,6 +31,14 @@ LONGEST = ("tutorials_test.py", "readme_test.py", "browser_test.py", "sweep_test
 ROOT = Path(__file__).resolve().parent.parent
 
 
+@pytest.fixture(autouse=True, scope="session")
+def cache_of_this_run(tmp_path_factory):
+    """What is compiled for one robot stays out of the cache of whoever runs the tests: `make test` leaves nothing there, and finds nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("KSL_CACHE", str(tmp_path_factory.mktemp("ksl_cache")))
+        yield
+
+
 def pytest_addoption(parser):
     parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 2,000")
 

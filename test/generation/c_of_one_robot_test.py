@@ -16,11 +16,6 @@ from ksl.output import OutputError
 ALGORITHMS = ["inverse_dynamics", "forward_dynamics", "jacobian:tool0", "reactions", "energy", "hybrid_dynamics:elbow", "relative_pose:tool0+base_link"]
 
 
-@pytest.fixture(scope="module")
-def ur5():
-    return ksl.load(EXAMPLES / "ur5.urdf")
-
-
 @pytest.mark.parametrize("scalar", ["double", "float"])
 def test_both_compilers_take_it_and_its_self_test_passes(ur5, tmp_path, scalar):
     ksl.generate(ur5, ALGORITHMS, tmp_path, name="ur5", scalar=scalar, arguments=["gravity", "external:tool0+elbow"] if scalar == "double" else [])

@@ -13,18 +13,6 @@ from ksl.base.errors import ArgumentError
 cs = pytest.importorskip("casadi", reason="needs casadi: pip install 'ksl[casadi]'")
 
 
-@pytest.fixture(autouse=True, scope="module")
-def cached(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("KSL_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
-@pytest.fixture(scope="module")
-def ur5():
-    return ksl.load(EXAMPLES / "ur5.urdf")
-
-
 def listed(x):
     return x if isinstance(x, tuple) else (x,)
 

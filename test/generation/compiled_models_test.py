@@ -17,18 +17,6 @@ from ksl.generation.requests import functions_of
 ROWS = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian:tool0", "reactions:elbow+base", "energy", "inverse_dynamics_derivatives", "relative_pose:tool0+base_link", "point_velocity:tool0"]
 
 
-@pytest.fixture(autouse=True, scope="module")
-def cached(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("KSL_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
-@pytest.fixture(scope="module")
-def ur5():
-    return ksl.load(EXAMPLES / "ur5.urdf")
-
-
 def states(m, n, dtype=np.float64, size=1.0):
     rng = np.random.default_rng(n)
     q = np.stack([m.random(k) for k in range(n)])

@@ -21,11 +21,6 @@ FINE = 1 / 512
 
 
 @pytest.fixture(scope="module")
-def ur5():
-    return ksl.load(EXAMPLES / "ur5.urdf")
-
-
-@pytest.fixture(scope="module")
 def arm(ur5, tmp_path_factory):
     folder = tmp_path_factory.mktemp("arm")
     return Fmu(ksl.fmu(ur5, folder, name="arm"), folder / "unpacked")

@@ -23,11 +23,6 @@ MATHEMATICS = "#define INFINITY (1.0f / 0.0f)\n" + "".join(
 ON_A_MACHINE = {name: [f"{target.tools}gcc", target.emulator[0]] for name, target in TARGETS.items()}
 
 
-@pytest.fixture(scope="module")
-def ur5():
-    return ksl.load(EXAMPLES / "ur5.urdf")
-
-
 @pytest.mark.parametrize("compiler", ["clang", "arm-none-eabi-gcc"])
 def test_float_needs_no_double_on_a_cortex_m4f(ur5, tmp_path, compiler):
     """Functions of the compiler's library that compute in double, or convert by way of it: __aeabi_dmul, __aeabi_f2d, __aeabi_f2lz …"""

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.base.real_arrays import real_array
 from ksl.base.words import listed
 from ksl.drivetrain.assembly import follow, positions_of
 from ksl.drivetrain.equations import Equations
 from ksl.drivetrain.parts import part_of
 from ksl.mechanism.requests import one_of
-from ksl.mechanism.states import Array, leading_shape
+from ksl.mechanism.states import Array, finite_rows, leading_shape
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -47,7 +46,7 @@ class MotionMap:
     def _closed(self, q: ArrayLike, is_given: bool) -> Array:
         """The closed position nearest to one; a given start must be closed."""
         m = self.model
-        start = _array(m.in_order(q, "q"), "start", m.nq)
+        start = finite_rows(m.in_order(q, "q"), "start", m.nq)
         if start.ndim != 1:
             raise ValueError(f"start has shape {start.shape}; expected one position, ({m.nq},)")
         found = m.close(start)
@@ -223,16 +222,7 @@ class MotionMap:
 
 def rows_of(*inputs: tuple[ArrayLike, str, int]) -> tuple[list[Array], tuple[int, ...]]:
     """Arrays (n, columns), finite, and their common leading shape."""
-    arrays = {name: _array(x, name, columns) for x, name, columns in inputs}
+    arrays = {name: finite_rows(x, name, columns) for x, name, columns in inputs}
     leading = leading_shape(arrays)
     return [np.broadcast_to(x, (*leading, x.shape[-1])).reshape(int(np.prod(leading)), x.shape[-1]) for x in arrays.values()], leading
 
-
-def _array(x: ArrayLike, name: str, columns: int) -> Array:
-    array: Array = np.asarray(real_array(x, name), dtype=float)
-    if array.ndim == 0 or array.shape[-1] != columns:
-        raise ValueError(f"{name} has shape {array.shape}; expected (…, {columns})")
-    if not np.isfinite(array).all():
-        where = np.argwhere(~np.isfinite(array))[0].tolist()
-        raise ValueError(f"{name}{where} is {array[tuple(where)]}; every number must be finite")
-    return array

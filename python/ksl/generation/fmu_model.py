@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ksl._core import QUATERNION_ROUNDING
 from ksl.generation.fmu_variables import Kind, Layout
 
 if TYPE_CHECKING:
@@ -12,8 +13,6 @@ if TYPE_CHECKING:
 
 MOST_STEPS = 10_000_000
 """So many steps one communication step has at most, as a run of `m.simulate` has."""
-UNIT = 1e-6
-"""So far a quaternion that is set may be from unit length."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ static const double fmu_starts[FMU_NUMBERS] = {{
   size_t k;
   for (k = 0; k < sizeof quaternions / sizeof *quaternions; ++k) {{
     const double *const c = x + quaternions[k];
-    if (!(fabs(c[0] * c[0] + c[1] * c[1] + c[2] * c[2] + c[3] * c[3] - 1) <= {2 * UNIT!r}))
+    if (!(fabs(c[0] * c[0] + c[1] * c[1] + c[2] * c[2] + c[3] * c[3] - 1) <= {2 * QUATERNION_ROUNDING!r}))
       return "a quaternion, qx qy qz qw, is not of unit length";
   }}
 """  # fmt: skip

@@ -103,7 +103,12 @@ def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
 
 def argument_rows(x: Any, name: str, columns: int, model: HasJoints) -> Array:
     """An argument as doubles (…, columns), all of them finite.  Raises ValueError that names the number or the shape."""
-    array: Array = np.asarray(argument(x, name, columns, model), dtype=float)
+    return finite_rows(argument(x, name, columns, model), name, columns)
+
+
+def finite_rows(x: ArrayLike, name: str, columns: int) -> Array:
+    """Real numbers as doubles (…, columns), all of them finite.  Raises ValueError that names the number or the shape."""
+    array: Array = np.asarray(real_array(x, name), dtype=float)
     if array.ndim == 0 or array.shape[-1] != columns:
         raise ValueError(f"{name} has shape {array.shape}; expected (…, {columns})")
     if not np.isfinite(array).all():
