@@ -15,6 +15,7 @@ from ksl.generation.requests import Function
 from ksl.generation.rows import ROWS
 from ksl.generation.sine_cosine import sine_cosine
 from ksl.generation.turning import turning
+from ksl.generation.words import WIDTH
 
 MOST_LOCAL = 512
 """So many numbers in lanes are on the stack, 32 KB; more are in the caller's memory."""
@@ -162,7 +163,7 @@ class Batch:
 
 def _table(name: str, places: list[int]) -> str:
     """Which number in lanes each number of a result is."""
-    lines = textwrap.wrap(", ".join(map(str, places)), 116, initial_indent="    ", subsequent_indent="    ")
+    lines = textwrap.wrap(", ".join(map(str, places)), WIDTH, initial_indent="    ", subsequent_indent="    ")
     return f"  static const int {name}[{len(places)}] = {{\n" + "\n".join(lines) + "};\n"
 
 

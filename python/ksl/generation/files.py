@@ -1,4 +1,4 @@
-"""The files of generated code: header, source, self-test, CMakeLists.txt, library.json, README.md."""
+"""The files of generated code: header, source, CMakeLists.txt, library.json, README.md."""
 
 from __future__ import annotations
 
@@ -6,36 +6,26 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import prod
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from ksl import _core
-from ksl.generation.arguments import OF_MODELS, argument_texts, some_numbers
+from ksl.generation.arguments import argument_texts
 from ksl.generation.c99 import Printer, about_bytes
 from ksl.generation.flash import flash_bytes
 from ksl.generation.lanes_files import lanes_header, lanes_source
 from ksl.generation.manifest import manifest
-from ksl.generation.open_reactions import closed_position
 from ksl.generation.recording import DERIVATIVES, Operation
 from ksl.generation.requests import Function
 from ksl.generation.rows import ROWS
+from ksl.generation.self_test import STATES, SelfTest
 from ksl.generation.sine_cosine import sine_cosine
-from ksl.generation.words import ascii_text, comment, string, string_bytes
+from ksl.generation.words import WIDTH, ascii_text, comment, string, string_bytes
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
 
-Numbers = NDArray[np.floating[Any]]
-STATES = 3
-"""States of the self-test."""
-TOLERANCE = {"double": 1e-12, "float": 1e-4}
-"""Bound of the self-test, relative to the largest number of a result: for compilers that fuse products and sums, too."""
 LARGE = 16
 """From so many coordinates on the engine is faster for one state where it has AVX-512: Panda (7) takes 0.137 us there and 0.126 us here, Talos (32) 0.55 and 0.66."""
-WIDTH = 116
 
 
 @dataclass(frozen=True)
@@ -72,7 +62,7 @@ class Code:
         return many | {
             f"{self.name}.h": self.header(),
             f"{self.name}.c": self.source(),
-            f"{self.name}_test.c": self.test(),
+            f"{self.name}_test.c": SelfTest(self.model, self.name, self.scalar, self.lanes, self.functions, self.first_line()).text(),
             "CMakeLists.txt": self.cmake(),
             "library.json": manifest(self.name, _core.__version__, self.first_line(), self.contract),
             "README.md": self.readme(),
@@ -194,98 +184,6 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
 
 {part}{sine}{bodies}"""
 
-    def test(self) -> str:
-        tests, calls = [], []
-        for f in self.functions:
-            text, call = self._test_of(f)
-            tests.append(text)
-            calls.append(call)
-        return f"""\
-/* {self.first_line()}
-
-   Every function in {STATES} states, against what KSL computes in {self.scalar} precision.  Ends with status 1 where a result differs. */
-#include "{self.name}.h"
-{f'#include "{self.name}_lanes.h"' if self.lanes else ""}
-#include <math.h>
-#include <stdio.h>
-
-static int faults = 0;
-
-static void compare(const char *what, int state, const {self.scalar} *found, const {self.scalar} *expected, int n) {{
-  double largest = 0.0, worst = 0.0;
-  int k;
-  for (k = 0; k < n; ++k) {{
-    const double size = fabs((double)expected[k]), error = fabs((double)found[k] - (double)expected[k]);
-    largest = size > largest ? size : largest;
-    worst = error <= worst ? worst : error; /* NaN is an error */
-  }}
-  if (worst <= {TOLERANCE[self.scalar]!r} * (largest + 1e-30))
-    return;
-  printf("%s, state %d: differs by %g of %g\\n", what, state, worst, largest);
-  ++faults;
-}}
-
-{"".join(tests)}
-int main(void) {{
-{"".join(calls)}  printf(faults ? "%d results differ\\n" : "all results agree%.0d\\n", faults);
-  return faults != 0;
-}}
-"""
-
-    def _test_of(self, f: Function) -> tuple[str, str]:
-        """Definitions and the lines of main of one function."""
-        name, r = self.function(f), f.recording
-        states = [self.state_of(f, k) for k in range(STATES)]
-        expected = [[np.asarray(x).reshape(-1) for x in f.results(self.model, state)] for state in states]
-        printer = Printer(r, self.prefix)
-        tables = [*zip([n for n, _ in r.inputs], zip(*states)), *((f"expected_{n}", [e[k] for e in expected]) for k, (n, _) in enumerate(r.results))]
-        text = ""
-        for what, rows in tables:
-            size = max(1, len(rows[0]))
-            numbers = ",\n".join("    {" + ", ".join(printer.literal(float(x)) for x in row) + "}" for row in rows)
-            text += f"static const {self.scalar} {f.name}_{what}[{STATES}][{size}] = {{\n{_wrapped(numbers)}}};\n"
-        sizes = [max(1, prod(shape)) for _, shape in r.results]
-        found = "".join(f"  static {self.scalar} {n}[{size}];\n" for (n, _), size in zip(r.results, sizes))
-        arguments = ", ".join([*(f"{f.name}_{n}[k]" for n, _ in r.inputs), *(n for n, _ in r.results)])
-        checks = "".join(f'    compare("{f.name}: {n}", k, {n}, {f.name}_expected_{n}[k], {size});\n' for (n, _), size in zip(r.results, sizes))
-        many = self._test_of_many(f, sizes) if self.lanes else ""
-        body = f"\nstatic void test_{f.name}(void) {{\n{found}  int k;\n  for (k = 0; k < {STATES}; ++k) {{\n    {name}({arguments});\n{checks}  }}\n{many}}}\n\n"
-        return text + body, f"  test_{f.name}();\n"
-
-    def _test_of_many(self, f: Function, sizes: list[int]) -> str:
-        """Lines that compute the states again and again, so many that lanes are full and some are left."""
-        n = 2 * self.lanes + STATES
-        inputs = [(name, max(1, size)) for name, size in f.recording.inputs]
-        results = [(name, size) for (name, _), size in zip(f.recording.results, sizes)]
-        arrays = "".join(f"    static {self.scalar} {name}_n[{n}][{size}];\n" for name, size in inputs + results)
-        copies = "".join(f"      for (c = 0; c < {size}; ++c)\n        {name}_n[k][c] = {f.name}_{name}[k % {STATES}][c];\n" for name, size in inputs)
-        checks = "".join(f'      compare("{f.name} in lanes: {name}", k % {STATES}, {name}_n[k], {f.name}_expected_{name}[k % {STATES}], {size});\n' for name, size in results)
-        arguments = ", ".join(f"&{name}_n[0][0]" for name, _ in inputs + results)
-        counter = "    int c;\n" if inputs else ""
-        loop = f"for (k = 0; k < {n}; ++k) {{\n"
-        return f"  {{\n{arrays}{counter}    {loop}{copies}    }}\n    {self.prefix}lanes_{f.name}({n}, {arguments});\n    {loop}{checks}    }}\n  }}\n"
-
-    def state_of(self, f: Function, number: int) -> list[Numbers]:
-        """Numbers of each input of a state of the self-test.  The first is at rest; those of closed mechanisms are closed."""
-        rng = np.random.default_rng(number + 1)
-        dtype = np.float64 if self.scalar == "double" else np.float32
-        given: dict[str, Numbers] = {}
-        for k, (name, size) in enumerate(f.recording.inputs):
-            if name in ("q", "q0", "q1"):
-                x = closed_position(self.model, rng) if self.model.loops else self.model.random(number + 10 * k)
-            elif name == "fraction":
-                x = np.array([0.25 * (number + 1)])
-            elif name in OF_MODELS:
-                x = some_numbers(self.model, f.arguments, name, number)
-            else:
-                x = rng.normal(size=size) * (number > 0 or name.endswith(("_dot", "_bar")))
-            given[name] = x
-        if self.model.loops and "v" in given:
-            given["v"] = self.model.consistent_velocity(given["q"], given["v"], given=self.model.independent(given["q"]))
-        if self.model.loops and "a" in given:
-            given["a"] = self.model.consistent_acceleration(given["q"], given["v"], given["a"], given=self.model.independent(given["q"]))
-        return [np.asarray(x, dtype) for x in given.values()]
-
     def cmake(self) -> str:
         flag = "" if self.contract else f"target_compile_options({self.name} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>) # results are the same everywhere\n"
         return f"""\
@@ -378,10 +276,3 @@ The numbers of q:
 {order}
 {moved}`{self.name}_test.c` calls each function in {STATES} states, and ends with status 1 where a result differs.
 """
-
-
-def _wrapped(text: str) -> str:
-    """Rows of numbers in lines."""
-    return "\n".join("\n".join(textwrap.wrap(line, WIDTH, initial_indent="    ", subsequent_indent="     ", break_long_words=False)) for line in text.splitlines())
-
-

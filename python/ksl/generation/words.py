@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import unicodedata
 
+WIDTH = 116
+"""So many characters a line of generated comments and tables has at most, its indent apart."""
 _PLAIN_IN_TEXT = re.compile(r"[A-Za-z0-9_ .,:;()+=\-]")
 _PLAIN_IN_STRING = re.compile(rb"[A-Za-z0-9_ .,:;()+=\-/]")
 _ASCII = str.maketrans({"–": "-", "−": "-", "…": "...", "≤": "<=", "⁻": "-", "×": "x", "·": " ", "’": "'", "Λ": "Lambda", "½": "1/2", "⊕": "(+)", "⊖": "(-)"})
