@@ -11,7 +11,8 @@ from targets import Target
 
 from ksl import Model
 from ksl.generation.arguments import arguments_given
-from ksl.generation.files import STATES, Code
+from ksl.generation.files import Code
+from ksl.generation.self_test import STATES
 from ksl.generation.requests import Function, functions_of
 
 LARGE = 1e6
@@ -113,8 +114,8 @@ def compare(code: Code, printed: str) -> None:
 def state_of(code: Code, f: Function, k: int) -> list[Any]:
     """That of the self-test; after these the first with large angles."""
     if k < STATES:
-        return code.state_of(f, k)
-    inputs = dict(zip((name for name, _ in f.recording.inputs), code.state_of(f, 0)))
+        return code.self_test.state_of(f, k)
+    inputs = dict(zip((name for name, _ in f.recording.inputs), code.self_test.state_of(f, 0)))
     return [np.full_like(x, LARGE) if name == "q" else x for name, x in inputs.items()]
 
 
