@@ -153,3 +153,10 @@ def test_the_lines_of_the_page_bound_a_reaction(ur5):
     scope = {"ksl": ksl, "casadi": cs, "m": ur5, "opti": opti, "q": q, "v": v, "a": a}
     exec(code, scope)
     assert opti.ng == 1 and scope["tau"](np.zeros(6), np.zeros(6), np.zeros(6)).shape == (6, 1)
+
+
+@pytest.mark.parametrize("other", [{"contract": True}, {"flash": 10_000_000}])
+def test_what_says_nothing_of_the_file_of_casadi_is_refused_beside_it(ur5, tmp_path, other):
+    with pytest.raises(ArgumentError, match="leave .* out"):
+        ksl.generate(ur5, ["energy"], tmp_path / "out", abi="casadi", **other)
+    assert not (tmp_path / "out").exists()

@@ -13,6 +13,14 @@ import numpy as np
 
 from ksl.generation.recording import CONDITIONS, Operation, Recording
 
+NOT_FUSED = """\
+/* Products and sums are not fused, so that results are the same everywhere.  gcc doesn't know this line: it wants -ffp-contract=off or -std=c99. */
+#if !defined(__GNUC__) || defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+"""
+"""At the head of a file whose results are those of the engine to the bit."""
 STRAIGHT = 6000
 """So many statements are one function."""
 PART = 2000

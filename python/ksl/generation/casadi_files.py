@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import ArgumentError, of_argument
-from ksl.generation.c99 import Printer
+from ksl.generation.c99 import NOT_FUSED, Printer
 from ksl.generation.casadi_blocks import CasadiFunction, functions_for_casadi
 from ksl.generation.open_reactions import Undetermined
 from ksl.generation.recording import Recording
@@ -27,11 +27,8 @@ HEAD = """\
 extern "C" {
 #endif
 
-/* Products and sums are not fused, so that results are the same everywhere.  gcc doesn't know this line: it wants -ffp-contract=off or -std=c99. */
-#if !defined(__GNUC__) || defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
-
+"""
+SYMBOLS = """\
 #ifndef casadi_real
 #define casadi_real double
 #endif
@@ -89,7 +86,7 @@ def casadi_source(model: Model, functions: Sequence[Function], first_line: str, 
     longest = max((_elements(sparsity) for made in every for _, sparsity in made.inputs), default=1)
     zeros = f"/* What an input that isn't given is. */\nstatic const casadi_real {prefix}zeros[{max(longest, 1)}] = {{0}};\n"
     sine = sine_cosine(f"{prefix}math_", "double") if any(part.recording.angles for made in every for part in made.parts) else ""
-    head = HEAD.replace("@", prefix.upper())
+    head = (HEAD + NOT_FUSED + SYMBOLS).replace("@", prefix.upper())
     title = f"/* {first_line} */\n" if first_line else ""
     return "\n".join([f"{title}{head}", sine, zeros, *(_text_of(made, prefix, shown) for made in every)]) + FOOT
 

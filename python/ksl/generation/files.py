@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ksl import _core
 from ksl.generation.arguments import argument_texts
-from ksl.generation.c99 import Printer, about_bytes
+from ksl.generation.c99 import NOT_FUSED, Printer, about_bytes
 from ksl.generation.flash import flash_bytes
 from ksl.generation.lanes_files import lanes_header, lanes_source
 from ksl.generation.manifest import manifest
@@ -58,7 +58,7 @@ class Code:
         many = {}
         if self.lanes:
             many[f"{self.name}_lanes.h"] = lanes_header(self.first_line(), self.name, self.scalar, self.lanes, self.functions)
-            many[f"{self.name}_lanes.c"] = lanes_source(self.first_line(), self.name, self.scalar, self.lanes, self.functions)
+            many[f"{self.name}_lanes.c"] = lanes_source(self.first_line(), self.name, self.scalar, self.lanes, self.functions, self.contract)
         return many | {
             f"{self.name}.h": self.header(),
             f"{self.name}.c": self.source(),
@@ -169,13 +169,7 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
 #endif
 
 """
-        contract = "" if self.contract else """\
-/* Products and sums are not fused, so that results are the same everywhere.  gcc doesn't know this line: it wants -ffp-contract=off or -std=c99. */
-#if !defined(__GNUC__) || defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#endif
-
-"""
+        contract = "" if self.contract else NOT_FUSED
         return f"""\
 /* {self.first_line()} */
 #include "{self.name}.h"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ksl.generation.batches import INCLUDED, Batch, definitions, in_words
+from ksl.generation.c99 import NOT_FUSED
 from ksl.generation.requests import Function
 
 POSSIBLE = (2, 4, 8, 16)
@@ -41,10 +42,10 @@ def parameters(function: Function, scalar: str) -> str:
     return ", ".join(["size_t n", *(f"const {scalar} *{name}" for name, _ in recording.inputs), *(f"{scalar} *{name}" for name, _ in recording.results)])
 
 
-def lanes_source(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function]) -> str:
+def lanes_source(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function], contract: bool) -> str:
     prefix = f"{name}_"
     batches = [Batch(function, number, prefix, scalar, lanes, of_library=False) for number, function in enumerate(functions)]
-    parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, definitions(batches, judged=False)]
+    parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, "" if contract else NOT_FUSED, definitions(batches, judged=False)]
     for batch in batches:
         parts += [batch.text(), in_words(_call(batch), prefix, scalar, lanes).replace("$PARAMETERS$", parameters(batch.function, scalar))]
     return "\n".join(parts)
