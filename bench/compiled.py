@@ -109,7 +109,11 @@ def one_state(path: Path) -> None:
         q, v, a = (cs.SX.sym(x, m.nv) for x in "qva")
         base, rest = cs.SX.eye(4), cs.SX.zeros(6)
         mass, bias = robot.mass_matrix_fun(), robot.bias_force_fun()
-        tau = (mass(base, q)[6:, 6:] @ a + bias(base, q, rest, v)[6:]) if not hasattr(robot, "inverse_dynamics_fun") else robot.inverse_dynamics_fun()(base, q, rest, v, rest, a)[6:]
+        tau = (
+            (mass(base, q)[6:, 6:] @ a + bias(base, q, rest, v)[6:])
+            if not hasattr(robot, "inverse_dynamics_fun")
+            else robot.inverse_dynamics_fun()(base, q, rest, v, rest, a)[6:]
+        )
         f = cs.Function("theirs", [q, v, a], [cs.cse(tau)])
         generator = cs.CodeGenerator("theirs.c", {"with_header": True})
         generator.add(f)

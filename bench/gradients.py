@@ -235,7 +235,9 @@ def main() -> None:
             print(f"left out: {name}: its results differ by {error:.1e} of the largest number", file=sys.stderr)
             continue
         programs[name] = program
-    print(f"{m.name}, {given.states} states, {ksl.__version__} with {ksl._core.instruction_set()}, JAX {jax.__version__}; ms, and how many times that of ksl.jax")
+    print(
+        f"{m.name}, {given.states} states, {ksl.__version__} with {ksl._core.instruction_set()}, JAX {jax.__version__}; ms, and how many times that of ksl.jax"
+    )
     times = measure(programs, x, given.turns)
     for name, seconds in times.items():
         print(f"{name:28}{1e3 * seconds:10.2f}{seconds / times['ksl.jax']:8.1f}")

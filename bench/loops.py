@@ -54,7 +54,11 @@ def four_bar():
 
 def stewart():
     b, m = ksl.Builder("Stewart platform").add_link("ground"), pin.Model()
-    bodies = {"platform": (20.0, (0, 0, 0.05), (0.5, 0.6, 1.0)), "cylinder": (2.0, (0, 0, 0.3), (0.06, 0.06, 0.003)), "rod": (1.0, (0, 0, -0.2), (0.03, 0.03, 0.001))}
+    bodies = {
+        "platform": (20.0, (0, 0, 0.05), (0.5, 0.6, 1.0)),
+        "cylinder": (2.0, (0, 0, 0.3), (0.06, 0.06, 0.003)),
+        "rod": (1.0, (0, 0, -0.2), (0.03, 0.03, 0.001)),
+    }
 
     def add(joint, name, kind):
         mass, center, moments = bodies[kind]
@@ -111,7 +115,11 @@ def compare(make):
     one, batch, peer = best(lambda: m.forward_dynamics(q, v, tau)), best(lambda: m.forward_dynamics(Q, V, T, threads=1)) / STATES, best(forward)
     print(f"{m.name}: {m.nv} coordinates")
     print(f"{'  forward':18}{one:10.2f}{batch:10.3f}{peer:11.2f}   {peer / one:.1f}, batch {peer / batch:.1f}")
-    one, batch, peer = best(lambda: m.forward_dynamics_derivatives(q, v, tau)), best(lambda: m.forward_dynamics_derivatives(Q, V, T)) / STATES, peer + best(derivatives)
+    one, batch, peer = (
+        best(lambda: m.forward_dynamics_derivatives(q, v, tau)),
+        best(lambda: m.forward_dynamics_derivatives(Q, V, T)) / STATES,
+        peer + best(derivatives),
+    )
     print(f"{'  derivatives':18}{one:10.2f}{batch:10.3f}{peer:11.2f}   {peer / one:.1f}, batch {peer / batch:.1f}")
     tree, joints = m.without_loops(), [*m.joint_names, *m.loop_names]
     one, batch = best(lambda: m.reactions(q, v, a, joints=joints)), best(lambda: m.reactions(Q, V, A, joints=joints, threads=1)) / STATES

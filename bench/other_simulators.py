@@ -103,7 +103,9 @@ def mjcf_of(m, step, integrator):
         inertial = f'<inertial pos="{words(c)}" mass="{link.mass!r}" fullinertia="{words(numbers)}"/>'
         kind = "slide" if joint.kind == "prismatic" else "hinge"
         at = m.relative_pose(m.neutral(), joint.child, joint.parent)[:3, 3]
-        own = f'<body name="{joint.child}" pos="{words(at)}"><joint name="{joint.name}" type="{kind}" axis="{words(joint.axis)}"/>{inertial}{sites[joint.child]}'
+        own = (
+            f'<body name="{joint.child}" pos="{words(at)}"><joint name="{joint.name}" type="{kind}" axis="{words(joint.axis)}"/>{inertial}{sites[joint.child]}'
+        )
         return own + "".join(body(j) for j in m.joints if j.parent == joint.child) + "</body>"
 
     (root,) = (j.child for j in m.joints if j.parent is None)

@@ -15,7 +15,15 @@ import matplotlib.pyplot as plt
 import tables
 
 Results = dict[str, Any]
-plt.rcParams |= {"svg.hashsalt": "ksl", "svg.fonttype": "none", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False}
+plt.rcParams |= {
+    "svg.hashsalt": "ksl",
+    "svg.fonttype": "none",
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+}
 COLOURS = {tables.OURS: "tab:blue", "Pinocchio": "tab:orange"}
 
 

@@ -134,7 +134,11 @@ def ros2():
         return out.getvalue()
 
     def compressed(files, mode):
-        text = files["metadata.yaml"].replace(b"compression_format: ''", b"compression_format: zstd").replace(b"compression_mode: ''", b"compression_mode: " + mode)
+        text = (
+            files["metadata.yaml"]
+            .replace(b"compression_format: ''", b"compression_format: zstd")
+            .replace(b"compression_mode: ''", b"compression_mode: " + mode)
+        )
         return files | {"metadata.yaml": text}
 
     files = folder_of("sqlite3")

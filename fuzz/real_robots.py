@@ -82,12 +82,7 @@ def as_sdf(robot):
             of[-1].extend(text(*moment) for moment in inertial.find("inertia").items())
     for joint in robot.findall("joint"):
         kind = joint.get("type")
-        out = ET.SubElement(
-            model,
-            "joint",
-            name=joint.get("name"),
-            type=kind if kind in ("revolute", "continuous", "prismatic", "fixed") else "ball",
-        )
+        out = ET.SubElement(model, "joint", name=joint.get("name"), type=kind if kind in ("revolute", "continuous", "prismatic", "fixed") else "ball")
         out.extend([text("parent", joint.find("parent").get("link")), text("child", joint.find("child").get("link"))])
         if out.get("type") not in ("fixed", "ball"):
             axis = ET.SubElement(out, "axis")

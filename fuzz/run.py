@@ -90,14 +90,7 @@ def targets():
 
 
 def format_of(name):
-    return next(
-        (
-            folder.name
-            for folder in sorted((ROOT / "fuzz/corpus").iterdir(), reverse=True)
-            if name.startswith(folder.name)
-        ),
-        name,
-    )
+    return next((folder.name for folder in sorted((ROOT / "fuzz/corpus").iterdir(), reverse=True) if name.startswith(folder.name)), name)
 
 
 def seeds_of(name):
@@ -167,20 +160,10 @@ def run(target, limits, texts=None):
         environment["PYTHONHASHSEED"] = "0"  # of which the order of sets depends
     start = time.monotonic()
     done = subprocess.run(
-        [*target.command, *arguments],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="backslashreplace",
+        [*target.command, *arguments], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="backslashreplace"
     )
     executed = re.findall(r"stat::number_of_executed_units: *(\d+)", done.stdout)
-    return {
-        "ok": done.returncode == 0,
-        "executions": int(executed[-1]) if executed else 0,
-        "seconds": time.monotonic() - start,
-        "said": done.stdout,
-    }
+    return {"ok": done.returncode == 0, "executions": int(executed[-1]) if executed else 0, "seconds": time.monotonic() - start, "said": done.stdout}
 
 
 def faults_of(target, all_targets):

@@ -29,11 +29,7 @@ def rules() -> str:
     for topic, declared in TOPICS.items():
         lines += [f"### {topic}", "", "| rule | | what is expected | likely cause | repair |", "|---|---|---|---|---|"]
         for rule in declared:
-            done = [
-                rule.repair,
-                f"`--fix` {rule.fix}." if rule.fix else "",
-                f"`--fix --accept {rule.name}` {rule.accept}." if rule.accept else "",
-            ]
+            done = [rule.repair, f"`--fix` {rule.fix}." if rule.fix else "", f"`--fix --accept {rule.name}` {rule.accept}." if rule.accept else ""]
             cells = [rule.severity, *map(cell, (rule.condition, rule.cause, " ".join(filter(None, done))))]
             lines.append(f"| `{rule.name}` | {' | '.join(cells)} |")
         lines.append("")
@@ -43,13 +39,7 @@ def rules() -> str:
 def robots() -> dict[str, Path]:
     """{path below the package's folder: URDF file}."""
     files = importlib.metadata.distribution("example-robot-data").files or []
-    return dict(
-        sorted(
-            (str(f).partition(FOLDER)[2], Path(str(f.locate())))
-            for f in files
-            if f.suffix == ".urdf" and FOLDER in str(f)
-        )
-    )
+    return dict(sorted((str(f).partition(FOLDER)[2], Path(str(f.locate()))) for f in files if f.suffix == ".urdf" and FOLDER in str(f)))
 
 
 def findings() -> str:
@@ -66,12 +56,7 @@ def findings() -> str:
         f"The {total} URDF files of example-robot-data {version()}: {status[0]} are clean, {status[1]} have warnings "
         f"({status['mount only']} of them only `root-inertial`), {status[2]} have errors."
     )
-    rows = [
-        f"| `{rule.name}` | {count[rule.name]} | {where[rule.name]} |"
-        for declared in TOPICS.values()
-        for rule in declared
-        if count[rule.name]
-    ]
+    rows = [f"| `{rule.name}` | {count[rule.name]} | {where[rule.name]} |" for declared in TOPICS.values() for rule in declared if count[rule.name]]
     return "\n".join([head, "", "| rule | findings | files |", "|---|---|---|", *rows, ""])
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The sources of the engine that aren't kernels, relative to src/: what a program needs of which only some kernels are compiled, and no reader of files.
 
-    scripts/engine_sources.py    prints them, for make"""
+scripts/engine_sources.py    prints them, for make"""
 
 from pathlib import Path
 

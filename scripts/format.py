@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Formats C and C++ as .clang-format says, but for what .clang-format-ignore lists.
 
-    scripts/format.py [--check] [FILE…]    without a file all; --check changes none, and ends with status 1 if one differs
-    scripts/format.py --version            says which version it uses; status 1 where that is not installed"""
+scripts/format.py [--check] [FILE…]    without a file all; --check changes none, and ends with status 1 if one differs
+scripts/format.py --version            says which version it uses; status 1 where that is not installed"""
 
 import subprocess
 import sys

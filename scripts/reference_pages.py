@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write every type and function of the C algebra, made from the comments of the flattened header.
 
-    scripts/reference_pages.py [FOLDER]    build/reference by default; the site has the same pages"""
+scripts/reference_pages.py [FOLDER]    build/reference by default; the site has the same pages"""
 
 import re
 import sys
@@ -39,8 +39,12 @@ def escape(text):
 def stem(name):
     """The name that all variants of a function share: of ksl_screwf_copy and ksl_screw_copy, of ksl_array2Dui_free ..."""
     name = re.sub(r"^ksl_(array2D|array|triang|swap|allclose)(f|i|ui|c|b)?(?=_|$)", r"ksl_\1", name)
-    name = re.sub(r"^ksl_(\w+?3|\w+?4|SE3|quaternion|screw|coscrew|inertia|spatial_inertia|articulated_inertia|joint_space|motion|force|plucker|eulerangles|"
-                  r"mat3x3|mat4x4)f(?=_|$)", r"ksl_\1", name)
+    name = re.sub(
+        r"^ksl_(\w+?3|\w+?4|SE3|quaternion|screw|coscrew|inertia|spatial_inertia|articulated_inertia|joint_space|motion|force|plucker|eulerangles|"
+        r"mat3x3|mat4x4)f(?=_|$)",
+        r"ksl_\1",
+        name,
+    )
     return name
 
 
@@ -133,7 +137,8 @@ def pages():
         what = escape(re.split(r"\.\s|:\s|\n\n", title)[0].strip().rstrip(".").replace("\n", " "))
         rows.append(f"| [{header}]({name}) | {re.sub(r' +', ' ', what)} | {count or ''} |")
     head = [
-        "# Reference of the C algebra\n", NOTE,
+        "# Reference of the C algebra\n",
+        NOTE,
         f"{total} functions, double and float counted apart. The arguments shown are those of the first name; its twin in single precision takes `float` and",
         "`ksl_..f_t`. How names are made is in [algebra.md](../algebra.md). Flops are additions, multiplications and divisions; a test counts them.",
         "Numbers like (coscrews (6)) are equations of the Coscrews page. Algorithms of mechanisms: [Dynamics](dynamics.md).\n",

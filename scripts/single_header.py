@@ -152,7 +152,7 @@ def closing(text, start):
         depth += (m[0] == "(") - (m[0] == ")")
         if depth == 0:
             return m.start()
-    raise ValueError(f"no closing parenthesis: {text[start:start + 80]!r}")
+    raise ValueError(f"no closing parenthesis: {text[start : start + 80]!r}")
 
 
 def arguments(text):
@@ -181,7 +181,7 @@ def expand(text, macros):
             continue
         open_ = text.index("(", at)
         end = closing(text, open_)
-        values = dict(zip(parameters, arguments(text[open_ + 1:end]), strict=True))
+        values = dict(zip(parameters, arguments(text[open_ + 1 : end]), strict=True))
         pasted = {w for pair in re.findall(r"(\w+)\s*##\s*(?=(\w+))", body) for w in pair}
         values = {p: v if p in pasted else expand(v, macros) for p, v in values.items()}
         result = "".join(values.get(t[0], t[0]) for t in TOKEN.finditer(body))

@@ -59,7 +59,12 @@ def at_time(seconds: float, closer: int = 0) -> Callable:
 
 PICTURES = {
     "tutorial_repair.png": Picture("repair", "arm.html", (900, 560), at_time(3.6)),
-    "tutorial_smooth.png": Picture("measured_motion", "loads/report.html", (700, 390), top_at("section:has(h2:text-is('panda_joint2')) figure:has(figcaption:has-text('raw and smoothed'))")),
+    "tutorial_smooth.png": Picture(
+        "measured_motion",
+        "loads/report.html",
+        (700, 390),
+        top_at("section:has(h2:text-is('panda_joint2')) figure:has(figcaption:has-text('raw and smoothed'))"),
+    ),
     "tutorial_report.png": Picture("size_a_joint", "signed/report.html", (1060, 700)),
     "tutorial_joint.png": Picture("size_a_joint", "signed/report.html", (1060, 530), top_at("section:has(h2:text-is('panda_joint2'))")),
     "tutorial_payload.png": Picture("worst_payload", "payload.html", (900, 480)),

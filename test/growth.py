@@ -22,7 +22,9 @@ def assert_linear(count: Callable[[int], int], n: int) -> None:
     count(n)
     one, two, four = (count(k * n) for k in (1, 2, 4))
     square = 16 / 6 * (four - 3 * two + 2 * one)
-    assert 0 < one and (square <= MOST * four or four <= one), f"{one:,}, {two:,} and {four:,} for {n:,}, {2 * n:,} and {4 * n:,}: {square / four:.2f} of it grows with the square"
+    assert 0 < one and (square <= MOST * four or four <= one), (
+        f"{one:,}, {two:,} and {four:,} for {n:,}, {2 * n:,} and {4 * n:,}: {square / four:.2f} of it grows with the square"
+    )
 
 
 def work(run: Callable[[], object]) -> int:

@@ -43,7 +43,9 @@ def warm() -> None:
     typer.main.get_command(ksl.commands.app)
 
 
-def run_ksl(*arguments: object, cwd: str | os.PathLike[str] | None = None, text: bool = True, timeout: int = 60, **environment: str) -> subprocess.CompletedProcess:
+def run_ksl(
+    *arguments: object, cwd: str | os.PathLike[str] | None = None, text: bool = True, timeout: int = 60, **environment: str
+) -> subprocess.CompletedProcess:
     """The command with its output, as from `subprocess.run(..., capture_output=True)`.  A sweep starts no processes.
 
     environment: variables that are set for it; those that Python itself reads as it starts have no effect."""

@@ -74,10 +74,7 @@ def read_limits(path):
     """Names, lower and upper positions and top speeds of the moving joints."""
     joints = [j for j in ET.parse(path).getroot().findall("joint") if j.get("type") == "revolute"]
     limits = [j.find("limit") for j in joints]
-    lower, upper, speed = (
-        np.array([float(limit.get(key)) for limit in limits])
-        for key in ("lower", "upper", "velocity")
-    )
+    lower, upper, speed = (np.array([float(limit.get(key)) for limit in limits]) for key in ("lower", "upper", "velocity"))
     return [j.get("name") for j in joints], lower, upper, speed
 
 
@@ -100,7 +97,7 @@ def fit_leg(points, durations):
     def add(terms, value):
         row = np.zeros(pieces * size)
         for piece, u, order, sign in terms:
-            row[piece * size:(piece + 1) * size] += sign * powers(u, order) / scales[piece] ** order
+            row[piece * size : (piece + 1) * size] += sign * powers(u, order) / scales[piece] ** order
         rows.append(row)
         values.append(value)
 
@@ -144,7 +141,7 @@ def sample(spans, times, order=0):
     for time in times:
         start, duration, coefficients = spans[np.searchsorted(starts, time + 1e-9) - 1]
         u = min(max((time - start) / duration, 0.0), 1.0)
-        rows.append(powers(u, order) @ coefficients / duration ** order)
+        rows.append(powers(u, order) @ coefficients / duration**order)
     return np.array(rows)
 
 
@@ -158,8 +155,7 @@ def check(motion, spans, length, lower, upper, speed):
     assert np.all(position[0] == motion["way_points"]["home"])
     assert np.allclose(position[-1], motion["way_points"]["home"], rtol=0, atol=1e-9)
     still = [0.0, length]
-    still += [start + part * motion["dwell"] for start, duration, coefficients in spans
-              if not coefficients[1:].any() for part in (0.0, 0.5, 1.0)]
+    still += [start + part * motion["dwell"] for start, duration, coefficients in spans if not coefficients[1:].any() for part in (0.0, 0.5, 1.0)]
     for order in range(1, REST + 1):
         assert np.allclose(sample(spans, still, order), 0.0, atol=1e-6), "not at rest"
     return peak

@@ -17,9 +17,7 @@ from ksl.robot_files.read_options import ReadOptions
 from mutate import of_xml
 from target import BrokenPromise, check_message, finite, run
 
-LEFT_OUT = re.compile(
-    rb"file|dir|include|plugin|mesh|skin|texture|hfield|replicate|composite|flex|size\s*=[^>]*\d{4}|n(user|key)|memory|numeric|tuple"
-)
+LEFT_OUT = re.compile(rb"file|dir|include|plugin|mesh|skin|texture|hfield|replicate|composite|flex|size\s*=[^>]*\d{4}|n(user|key)|memory|numeric|tuple")
 
 
 def read(data: bytes) -> None:

@@ -4,7 +4,18 @@ Pixar's library is a program of others, without coverage.  Texts that name other
 
 from guided import guide
 
-guide("ksl.robot_files.usd.load_usd", "ksl.robot_files.usd.stage", "ksl.robot_files.usd.masses", "ksl.robot_files.usd.shapes", "ksl.robot_files.usd.joints", "ksl.robot_files.usd.couplings", "ksl.robot_files.usd.unused", "ksl.robot_files.assembly", "ksl.model.builder", "ksl.robot_files.loading")
+guide(
+    "ksl.robot_files.usd.load_usd",
+    "ksl.robot_files.usd.stage",
+    "ksl.robot_files.usd.masses",
+    "ksl.robot_files.usd.shapes",
+    "ksl.robot_files.usd.joints",
+    "ksl.robot_files.usd.couplings",
+    "ksl.robot_files.usd.unused",
+    "ksl.robot_files.assembly",
+    "ksl.model.builder",
+    "ksl.robot_files.loading",
+)
 
 import atexit
 import os

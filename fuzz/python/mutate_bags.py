@@ -18,7 +18,20 @@ from rosbags.typesys import Stores, get_typestore
 
 TYPE = "sensor_msgs/msg/JointState"
 STORE1, STORE2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
-WORDS = [b"/joint_states", b"/joint_statez", b"sensor_msgs/msg/JointState", b"sensor_msgs/JointState", b"std_msgs/msg/String", b"cdr", b"ros2msg", b"ros2idl", b"zstd", b"lz4", b"", b"json"]
+WORDS = [
+    b"/joint_states",
+    b"/joint_statez",
+    b"sensor_msgs/msg/JointState",
+    b"sensor_msgs/JointState",
+    b"std_msgs/msg/String",
+    b"cdr",
+    b"ros2msg",
+    b"ros2idl",
+    b"zstd",
+    b"lz4",
+    b"",
+    b"json",
+]
 INTEGERS = [0, 1, 2, 255, 65535, 2**31 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1, 2**64 - 1]
 QUERIES = [
     "DELETE FROM {table} WHERE rowid % 3 = {k}",
@@ -42,7 +55,22 @@ COLUMNS = {
     "schema": ["schema_version", "ros_distro"],
     "message_definitions": ["id", "topic_type", "encoding", "encoded_message_definition"],
 }
-VALUES = ["NULL", "0", "1", "-1", "9223372036854775807", "1.5", "'/joint_states'", "'sensor_msgs/msg/JointState'", "x'00'", "'[]'", "'- a: 1'", "zeroblob(9)", "data || data", "'cdr'"]
+VALUES = [
+    "NULL",
+    "0",
+    "1",
+    "-1",
+    "9223372036854775807",
+    "1.5",
+    "'/joint_states'",
+    "'sensor_msgs/msg/JointState'",
+    "x'00'",
+    "'[]'",
+    "'- a: 1'",
+    "zeroblob(9)",
+    "data || data",
+    "'cdr'",
+]
 _random = Random(1)
 
 

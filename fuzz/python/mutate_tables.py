@@ -144,12 +144,30 @@ def _written(table: pa.Table) -> bytes:
     metadata = {b"unit": _random.choice([b"deg", b"rad", b"ms", b"\xff"])}
     fields = [pa.field(name, x.type, metadata=metadata if _random.randrange(8) == 0 else None) for name, x in columns.items()]
     made = pa.table(list(columns.values()), schema=pa.schema(fields))
-    pq.write_table(made, out, compression=_random.choice(["none", "snappy", "gzip", "zstd", "lz4", "brotli"]), use_dictionary=bool(_random.randrange(2)), row_group_size=_random.choice([3, 100]))
+    pq.write_table(
+        made,
+        out,
+        compression=_random.choice(["none", "snappy", "gzip", "zstd", "lz4", "brotli"]),
+        use_dictionary=bool(_random.randrange(2)),
+        row_group_size=_random.choice([3, 100]),
+    )
     return bytes(out.getvalue())
 
 
 def _cast(x: pa.ChunkedArray) -> pa.ChunkedArray:
-    kinds = [pa.float32(), pa.float16(), pa.int64(), pa.uint8(), pa.string(), pa.large_string(), pa.binary(), pa.timestamp("ns"), pa.timestamp("s", "Nowhere/Bad"), pa.duration("us"), pa.decimal128(30, 3)]
+    kinds = [
+        pa.float32(),
+        pa.float16(),
+        pa.int64(),
+        pa.uint8(),
+        pa.string(),
+        pa.large_string(),
+        pa.binary(),
+        pa.timestamp("ns"),
+        pa.timestamp("s", "Nowhere/Bad"),
+        pa.duration("us"),
+        pa.decimal128(30, 3),
+    ]
     return x.cast(_random.choice(kinds), safe=False)
 
 

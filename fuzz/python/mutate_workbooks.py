@@ -107,7 +107,23 @@ def _variable() -> bytes:
     x = another_column(8)
     y = np.column_stack([x, x])
     made = _random.choice(
-        [x, x[:, None], x, y, y.T, x.astype(np.float32), x.astype(np.int16), x + 1j, x[:1], x[:0], y.reshape(2, 4, 2), "hip", ["hip", "slide"], [["hip"], ["slide", "x"]], {"a": x}]
+        [
+            x,
+            x[:, None],
+            x,
+            y,
+            y.T,
+            x.astype(np.float32),
+            x.astype(np.int16),
+            x + 1j,
+            x[:1],
+            x[:0],
+            y.reshape(2, 4, 2),
+            "hip",
+            ["hip", "slide"],
+            [["hip"], ["slide", "x"]],
+            {"a": x},
+        ]
         + [np.array(["hip", "slide"], dtype=object), np.array([x, "hip"], dtype=object), np.array([_random.choice(NAMES), 1.0], dtype=object)]
     )
     name = "".join(c for c in _random.choice([*ARRAYS, *NAMES]) if c.isalnum() and c.isascii())[:20]

@@ -63,10 +63,7 @@ def objections(old, new, change, announced):
 
 # The parts of the C interface.  The types of the engine that users see as names only are no part of it.  abidw leaves them out if it is
 # told where the public headers are, but takes no .inc for one: the algebra, which is written in these, has no such types.
-PARTS = {
-    "algebra": (["src/ksl.c", "src/print.c"], []),
-    "engine": (["src/c_api/*.cpp"], ["--drop-private-types"]),
-}
+PARTS = {"algebra": (["src/ksl.c", "src/print.c"], []), "engine": (["src/c_api/*.cpp"], ["--drop-private-types"])}
 
 
 def build(part, folder, include):

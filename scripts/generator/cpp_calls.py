@@ -156,16 +156,17 @@ def files() -> dict[str, str]:
         "include/ksl/dynamics_calls.hpp": HEADER.format(
             mark=MARK, what=WHAT_SINGLE, includes=HEADER_INCLUDES, declarations="\n\n".join(map(of_one_state, single))
         ),
-        "include/ksl/batch_calls.hpp": HEADER.format(
-            mark=MARK, what=WHAT_BATCH, includes=HEADER_INCLUDES, declarations="\n\n".join(map(of_batch, batch))
-        ),
+        "include/ksl/batch_calls.hpp": HEADER.format(mark=MARK, what=WHAT_BATCH, includes=HEADER_INCLUDES, declarations="\n\n".join(map(of_batch, batch))),
         "src/engine/run/dynamics_calls.cpp": SOURCE.format(
-            mark=MARK, what="The calls of ksl/dynamics_calls.hpp: a model and a workspace, unpacked for the kernels.",
+            mark=MARK,
+            what="The calls of ksl/dynamics_calls.hpp: a model and a workspace, unpacked for the kernels.",
             includes=includes("engine/run/compute.hpp", "ksl/dynamics.hpp"),
             definitions="\n".join([*map(definition_of_one_state, single), *(instantiation_of_one_state(row, s) for row in single for s in SCALARS), ""]),
         ),
         "src/batch/batch_calls.cpp": SOURCE.format(
-            mark=MARK, what="The calls of ksl/batch_calls.hpp.", includes=includes("batch/compute_batch.hpp", "ksl/batch.hpp"),
+            mark=MARK,
+            what="The calls of ksl/batch_calls.hpp.",
+            includes=includes("batch/compute_batch.hpp", "ksl/batch.hpp"),
             definitions="\n".join(BATCH.format(name=row.name) for row in batch),
         ),
     }

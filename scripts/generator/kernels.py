@@ -2,7 +2,15 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, call, kernels_of, ordered
 
-EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links", "freedoms")}}
+EXTENTS = {
+    3: "three",
+    4: "four",
+    5: "five",
+    6: "six",
+    10: "ten",
+    "6 links": "twists",
+    **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links", "freedoms")},
+}
 
 REQUEST = {
     "links": ["s.links.n", "s.links.index"],

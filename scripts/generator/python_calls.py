@@ -45,37 +45,41 @@ METHOD = '''\
 '''
 
 FIRST = {
-    "reactions": '''\
+    "reactions": """\
         if stiffness is not None:
             stiff: Calls = self._with_stiffness(stiffness)
             return stiff.reactions(q, v, a, external, on, at, axes, order, part, joints, out, threads, external_axes)
-''',
-    "forward_dynamics": '''\
+""",
+    "forward_dynamics": """\
         if stabilise is not None:
             return self._stabilised(q, v, tau, external, out, external_axes, stabilise, threads)
-''',
-    "reactions_derivatives": '''\
+""",
+    "reactions_derivatives": """\
         if self.loops:
             return self._reactions_along((q, v, a), external, on, at, axes, order, part, joints, out, external_axes, undetermined, threads)
-''',
-    "inverse_dynamics_derivatives": '''\
+""",
+    "inverse_dynamics_derivatives": """\
         if self.loops:
             return self._along("inverse_dynamics_derivatives", q, v, (a, "a"), external, out, external_axes, threads)
-''',
-    "forward_dynamics_derivatives": '''\
+""",
+    "forward_dynamics_derivatives": """\
         if self.loops:
             return self._along("forward_dynamics_derivatives", q, v, (tau, "tau"), external, out, external_axes, threads)
-''',
+""",
 }
 """What methods do first for mechanisms with loops."""
-FURTHER = {"reactions": "stiffness: Mapping[str, Stiffness] | None = None", "forward_dynamics": "stabilise: Gains | None = None", "reactions_derivatives": 'undetermined: Undetermined = "refuse"'}
+FURTHER = {
+    "reactions": "stiffness: Mapping[str, Stiffness] | None = None",
+    "forward_dynamics": "stabilise: Gains | None = None",
+    "reactions_derivatives": 'undetermined: Undetermined = "refuse"',
+}
 """Keywords of that."""
 
-CHOICE = '''\
+CHOICE = """\
         if type({keyword}) is not str or {keyword} != "{default}":
             compiled = {{{others}}}[one_of({keyword}, "{keyword}", {values})]
             return compiled({passed})
-'''
+"""
 
 
 def request_of(row: Algorithm) -> tuple[str, str]:
@@ -92,7 +96,7 @@ def request_of(row: Algorithm) -> tuple[str, str]:
     if ordered(row):
         return 'order: Order = "lin_ang"', "self._order_of(order)"
     if row.keywords == "point":
-        return 'name: str, point: ArrayLike, axes: Expressed = "frame"', 'self._point_of(name, axes, point)'
+        return 'name: str, point: ArrayLike, axes: Expressed = "frame"', "self._point_of(name, axes, point)"
     return keywords, request
 
 
@@ -116,9 +120,26 @@ def method(row: Algorithm) -> str:
     keywords, request = request_of(row)
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
     chosen = ", ".join(f'{keyword}: {keyword.capitalize()} = "{next(iter(rows))}"' for keyword, rows in row.choices.items())
-    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, chosen, f"out: {array} | None = None", "threads: int | None = None", EXTERNAL_AXES if row.external else "", FURTHER.get(row.name, "")]
+    arguments = [
+        "self",
+        *(f"{name}: ArrayLike" for name in row.input_names()),
+        external,
+        keywords,
+        chosen,
+        f"out: {array} | None = None",
+        "threads: int | None = None",
+        EXTERNAL_AXES if row.external else "",
+        FURTHER.get(row.name, ""),
+    ]
     line = ", ".join(filter(None, arguments))
-    passed = [*("numbers(fraction)" if name == "fraction" else name for name in row.input_names()), *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
+    passed = [
+        *("numbers(fraction)" if name == "fraction" else name for name in row.input_names()),
+        *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))),
+        "external" if row.external else "None",
+        request,
+        "out",
+        "threads",
+    ]
     given = ", ".join(passed)
     text = METHOD.format(
         name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=given, choice=choices(row, given), held=HELD if row.external else "", first=FIRST.get(row.name, ""),
@@ -171,7 +192,7 @@ class Calls(LoopCalls):
 {aliases}
 '''
 
-STUB = '''\
+STUB = """\
 # {mark}
 # Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.mechanism.states can convert to arrays.
 
@@ -262,12 +283,12 @@ Operator\\.compute$:
     __version__: str
     QUATERNION_TOLERANCE: float
     QUATERNION_ROUNDING: float
-'''
+"""
 
-COMPILED = '''\
+COMPILED = """\
 Model\\.{name}$:
     def {name}(self, q: Any, x: Any, y: Any, z: Any, external: Any, request: {request}, out: Any, threads: int | None) -> {result}: ...
-'''
+"""
 
 
 def compiled(row: Algorithm) -> str:

@@ -32,8 +32,18 @@ NAME = "static-analysis"  # of the record
 FAULTS = ROOT / "scripts/lint/faults"
 PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
 SUPPRESSIONS = ROOT / "scripts/lint/cppcheck.txt"
-CPPCHECK = ["cppcheck", "--quiet", "--error-exitcode=1", "--enable=warning,performance,portability", "--inline-suppr",
-            f"--suppressions-list={SUPPRESSIONS}", "-D__x86_64__", "-D__GNUC__=12", "-DKSL_ISA=isa", "-DKSL_TABLE=table"]
+CPPCHECK = [
+    "cppcheck",
+    "--quiet",
+    "--error-exitcode=1",
+    "--enable=warning,performance,portability",
+    "--inline-suppr",
+    f"--suppressions-list={SUPPRESSIONS}",
+    "-D__x86_64__",
+    "-D__GNUC__=12",
+    "-DKSL_ISA=isa",
+    "-DKSL_TABLE=table",
+]
 GENERATED = ["engine_calls.cpp"]
 RECORDED = "recorded_rows.cpp"
 """All kernels, over a scalar that records."""
@@ -147,9 +157,20 @@ def header_jobs(everything, changed):
             standard = "-std=c11" if language == "c" else "-std=c++20"
             parts = [files[i : i + 24] for i in range(0, len(files), 24)]
             for i, part in enumerate(parts):
-                yield Job("headers", f"{family} {standard} {i + 1} of {len(parts)}",
-                          [COMPILERS[family][language], standard, "-fsyntax-only", *options(family, language), "-Werror", f"-I{ROOT}/include",
-                           f"-I{ROOT}/include/ksl/compat", *part])
+                yield Job(
+                    "headers",
+                    f"{family} {standard} {i + 1} of {len(parts)}",
+                    [
+                        COMPILERS[family][language],
+                        standard,
+                        "-fsyntax-only",
+                        *options(family, language),
+                        "-Werror",
+                        f"-I{ROOT}/include",
+                        f"-I{ROOT}/include/ksl/compat",
+                        *part,
+                    ],
+                )
 
 
 def tidied(every):
@@ -162,7 +183,13 @@ def tidy_jobs(every, changed):
     too for the generated calls of all algorithms, which have one form and take minutes together.  Sanitizers see what the tests run of
     both.  Lanes of numbers in kernels are counted by sizeof(P) / sizeof(T), which are one type where a number has one lane."""
     for unit in changed.chosen(tidied(every)):
-        left_out = "-clang-analyzer-*,-bugprone-sizeof-expression" if unit.is_kernel or unit.file.name == RECORDED else "-clang-analyzer-*" if unit.file.name in GENERATED else ""
+        left_out = (
+            "-clang-analyzer-*,-bugprone-sizeof-expression"
+            if unit.is_kernel or unit.file.name == RECORDED
+            else "-clang-analyzer-*"
+            if unit.file.name in GENERATED
+            else ""
+        )
         checks = [f"--checks={left_out}"] if left_out else []
         flags = [*unit.options, *([unit.march] if unit.march else [])]
         headers = f"--header-filter=^{ROOT}/(include/ksl|src|python)/"
@@ -230,23 +257,34 @@ def jobs(tools, built=(), everything=False):
     every = units() if reads or "analyzer" in tools else []
     changed = Changed(everything, every if reads else [])
     slow_first = [*tidy_jobs(every, changed), *python_jobs(), *cppcheck_jobs(changed), *format_jobs()]
-    all_jobs = [*slow_first, *compile_jobs(every, () if everything else built, changed), *header_jobs(everything, changed), *analyzer_jobs(every, changed),
-                *fault_jobs()]
+    all_jobs = [
+        *slow_first,
+        *compile_jobs(every, () if everything else built, changed),
+        *header_jobs(everything, changed),
+        *analyzer_jobs(every, changed),
+        *fault_jobs(),
+    ]
     return [job for job in all_jobs if job.tool in tools], changed
 
 
 def record(outcomes, seconds, everything):
     checks = [outcome for outcome in outcomes if not outcome.job.expected]
-    figures = [(f"{tool}: runs with nothing to say", f"{sum(o.ok for o in checks if o.job.tool == tool)} of {sum(o.job.tool == tool for o in checks)}")
-               for tool in TOOLS]
+    figures = [
+        (f"{tool}: runs with nothing to say", f"{sum(o.ok for o in checks if o.job.tool == tool)} of {sum(o.job.tool == tool for o in checks)}")
+        for tool in TOOLS
+    ]
     figures.append(("processor time", f"{seconds:.0f} s"))
     planted = [(f"{o.job.tool}: {o.job.name}", "caught" if o.ok else "missed") for o in outcomes if o.job.expected]
-    notes = ["gcc's analyser is run on C alone: that of gcc 12 doesn't support C++.",
-             "clang-tidy follows no paths through kernels nor through the generated calls in C; sanitizers see what the tests run of them.",
-             "cppcheck reads C++ without the headers of include/, which it can't parse."]
+    notes = [
+        "gcc's analyser is run on C alone: that of gcc 12 doesn't support C++.",
+        "clang-tidy follows no paths through kernels nor through the generated calls in C; sanitizers see what the tests run of them.",
+        "cppcheck reads C++ without the headers of include/, which it can't parse.",
+    ]
     if not everything:
-        notes.append("Read were the files that had changed since the record before, what includes changed headers, and with gcc and clang what "
-                     "the builds of the tests don't compile with the same warnings as errors; make lint LINT_OPTIONS=--all reads everything.")
+        notes.append(
+            "Read were the files that had changed since the record before, what includes changed headers, and with gcc and clang what "
+            "the builds of the tests don't compile with the same warnings as errors; make lint LINT_OPTIONS=--all reads everything."
+        )
     trust_record.write(NAME, "make lint LINT_OPTIONS=--all" if everything else "make lint", all(o.ok for o in outcomes), figures, planted, notes)
 
 

@@ -58,10 +58,24 @@ class Unit:
 def configured():
     """Configure a build of everything, which writes the list of all commands; nothing is compiled.  Each file is read as it stands: without
     precompiled headers, which would hide what it forgets to include."""
-    command = ["cmake", "-S", str(ROOT), "-B", str(BUILD), "-DKSL_TESTS=ON", "-DKSL_BENCHMARKS=ON", "-DKSL_PYTHON=ON", "-DCMAKE_C_COMPILER=gcc", "-DCMAKE_CXX_COMPILER=g++",
-               "-DKSL_INSTRUCTION_SETS=x86_64_v3;x86_64_v4", f"-DPython_EXECUTABLE={sys.executable}", f"-DPython3_EXECUTABLE={sys.executable}",
-               f"-Dnanobind_DIR={subprocess.check_output([sys.executable, '-m', 'nanobind', '--cmake_dir'], text=True).strip()}",
-               "-DSKBUILD_PROJECT_NAME=ksl", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON"]
+    command = [
+        "cmake",
+        "-S",
+        str(ROOT),
+        "-B",
+        str(BUILD),
+        "-DKSL_TESTS=ON",
+        "-DKSL_BENCHMARKS=ON",
+        "-DKSL_PYTHON=ON",
+        "-DCMAKE_C_COMPILER=gcc",
+        "-DCMAKE_CXX_COMPILER=g++",
+        "-DKSL_INSTRUCTION_SETS=x86_64_v3;x86_64_v4",
+        f"-DPython_EXECUTABLE={sys.executable}",
+        f"-DPython3_EXECUTABLE={sys.executable}",
+        f"-Dnanobind_DIR={subprocess.check_output([sys.executable, '-m', 'nanobind', '--cmake_dir'], text=True).strip()}",
+        "-DSKBUILD_PROJECT_NAME=ksl",
+        "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON",
+    ]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", str(BUILD), "--target", "ksl_generated_tests"], check=True, stdout=subprocess.DEVNULL)  # which tests include
     return commands(BUILD)

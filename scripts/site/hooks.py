@@ -38,8 +38,12 @@ def algebra():
 
 
 def on_config(config):
-    functions = [{re.search("^# (.+)", text)[1].replace("`", ""): path} for path, text in sorted(algebra().items(), key=lambda page: ("README" not in page[0], page))]
-    config.nav = contents.navigation([{"Dynamics": "reference/dynamics.md"}, python_reference.navigation(), *cpp_reference.navigation(), {"Functions of the algebra": functions}])
+    functions = [
+        {re.search("^# (.+)", text)[1].replace("`", ""): path} for path, text in sorted(algebra().items(), key=lambda page: ("README" not in page[0], page))
+    ]
+    config.nav = contents.navigation(
+        [{"Dynamics": "reference/dynamics.md"}, python_reference.navigation(), *cpp_reference.navigation(), {"Functions of the algebra": functions}]
+    )
     return config
 
 

@@ -12,8 +12,21 @@ PAGES = {
     "model": ("Model", ["Model", "Joint", "Link"]),
     "jobs": ("Jobs", ["check", "Findings", "Finding", "compute_loads", "hold", "Run", "size", "sweep", "read_motion", "read_efforts"]),
     "algebra": ("Typed vectors", ["Pose", "Twist", "Acceleration", "Wrench", "Momentum", "Inertia"]),
-    "errors": ("Errors and warnings", ["CaseError", "DescriptionError", "FrameError", "MotionError", "ResultError", "SizingError", "SweepError", "ViewerError",
-                                       "DescriptionWarning", "QuaternionWarning"]),
+    "errors": (
+        "Errors and warnings",
+        [
+            "CaseError",
+            "DescriptionError",
+            "FrameError",
+            "MotionError",
+            "ResultError",
+            "SizingError",
+            "SweepError",
+            "ViewerError",
+            "DescriptionWarning",
+            "QuaternionWarning",
+        ],
+    ),
 }
 NOT_CALLED = ("Model", "Run", "Findings")  # other calls make these
 ARGUMENT = re.compile(r"^([a-z]\w*(?:, \w+)*):")
@@ -78,7 +91,9 @@ def public(member, module):
 
 def compiled():
     """The functions of ksl.ufuncs that are compiled, from the table that gives them their docstrings."""
-    table = re.findall(r'\{"(\w+)",((?:\s*"(?:[^"\\]|\\.)*")+)\}', (ROOT / "python/ufuncs.cpp").read_text(encoding="utf-8").split("texts[] = {")[1].split("\n};")[0])
+    table = re.findall(
+        r'\{"(\w+)",((?:\s*"(?:[^"\\]|\\.)*")+)\}', (ROOT / "python/ufuncs.cpp").read_text(encoding="utf-8").split("texts[] = {")[1].split("\n};")[0]
+    )
     return [f"## ksl.ufuncs.{name}\n\n" + plain("".join(re.findall(r'"((?:[^"\\]|\\.)*)"', text))) for name, text in table]
 
 
@@ -114,7 +129,7 @@ def prose(paragraph):
     lines = ""
     for item in (re.sub(r"\s*\n\s*", " ", item) for item in items):
         found = re.match(ARGUMENT, item)
-        lines += f"* **{plain(found[1])}**: {plain(item[found.end():].strip())}\n" if found else f"\n{plain(item)}\n\n"
+        lines += f"* **{plain(found[1])}**: {plain(item[found.end() :].strip())}\n" if found else f"\n{plain(item)}\n\n"
     return lines.strip("\n")
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write the result of `make test-long`, with its date and commit, from what pytest and ctest have written.
 
-    scripts/trust/long_results.py OUTPUT.md long_pytest.xml long_gcc-x86-64-v2.xml …"""
+scripts/trust/long_results.py OUTPUT.md long_pytest.xml long_gcc-x86-64-v2.xml …"""
 
 import sys
 from collections import defaultdict

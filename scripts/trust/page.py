@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write docs/trust.md from the promises and the records of the last runs.
 
-    scripts/trust/page.py"""
+scripts/trust/page.py"""
 
 import re
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Run the tests that promises name, and record the results: one record for each promise.
 
-    scripts/trust/prove.py BUILD…          folders of CMake builds in which ctest runs, as build/gcc"""
+scripts/trust/prove.py BUILD…          folders of CMake builds in which ctest runs, as build/gcc"""
 
 import subprocess
 import sys

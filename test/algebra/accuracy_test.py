@@ -21,11 +21,24 @@ from reference import T, UNIT, cross, dot, matrix, mp, mul, norm, numbers
 CHUNK = 20_000  # at a time, for the sake of memory
 FUNCTIONS = everything()
 Ad, CoAd, pose, inverse_pose = ref.Ad, ref.CoAd, ref.pose, ref.inverse_pose
-FLOAT_ONLY = {"ksl_slerpf": "ksl_quaternion_slerp", "ksl_slerp": "ksl_quaternion_slerp", "ksl_squadf": "ksl_quaternion_squad",
-              "ksl_nlerpf": "ksl_quaternion_nlerp", "ksl_quaternionf_toMat3x3f": "ksl_quaternion_toMat3x3", "kls_add_dpiToq": "ksl_add_dpiToq",
-              "ksl_mat4x4f_toSE3f": "ksl_mat4x4_toSE3", "ksl_mat4x4f_fromSE3f": "ksl_mat4x4_fromSE3", "catan2pi": "ksl_catan2pi",
-              "catan2pif": "ksl_catan2pi", "catan1pi": "ksl_catan1pi", "catan1pif": "ksl_catan1pi",
-              "ksl_mat3x3f_getEulerAnglesWithReference": "ksl_mat3x3_getEulerAnglesWithReference", "ksl_hrxinvf": "ksl_hsrxinv", "ksl_SE3f_toMat4x4f": "ksl_SE3_toMat4x4", "ksl_SE3_toMat4x4f": "ksl_SE3_toMat4x4"}
+FLOAT_ONLY = {
+    "ksl_slerpf": "ksl_quaternion_slerp",
+    "ksl_slerp": "ksl_quaternion_slerp",
+    "ksl_squadf": "ksl_quaternion_squad",
+    "ksl_nlerpf": "ksl_quaternion_nlerp",
+    "ksl_quaternionf_toMat3x3f": "ksl_quaternion_toMat3x3",
+    "kls_add_dpiToq": "ksl_add_dpiToq",
+    "ksl_mat4x4f_toSE3f": "ksl_mat4x4_toSE3",
+    "ksl_mat4x4f_fromSE3f": "ksl_mat4x4_fromSE3",
+    "catan2pi": "ksl_catan2pi",
+    "catan2pif": "ksl_catan2pi",
+    "catan1pi": "ksl_catan1pi",
+    "catan1pif": "ksl_catan1pi",
+    "ksl_mat3x3f_getEulerAnglesWithReference": "ksl_mat3x3_getEulerAnglesWithReference",
+    "ksl_hrxinvf": "ksl_hsrxinv",
+    "ksl_SE3f_toMat4x4f": "ksl_SE3_toMat4x4",
+    "ksl_SE3_toMat4x4f": "ksl_SE3_toMat4x4",
+}
 
 # name in double → (reference, bound in u).  A reference takes the arguments at 200 bits, in their order and with what
 # outputs held before, and returns what is computed as a list of (value, scale) in the order of its numbers.
@@ -37,6 +50,7 @@ def entry(*names, bound=4.0):
         for name in names:
             TABLE[f"ksl_{name}"] = (f, bound)
         return f
+
     return add
 
 
@@ -48,7 +62,7 @@ def exact(*values):
 def blocks6(A):
     """Spectral norms of the four 3×3 blocks of 6×6 matrices."""
     A = A.astype(float)
-    return np.stack([np.stack([ref.spectral(A[:, i:i + 3, j:j + 3]) for j in (0, 3)], -1) for i in (0, 3)], 1)
+    return np.stack([np.stack([ref.spectral(A[:, i : i + 3, j : j + 3]) for j in (0, 3)], -1) for i in (0, 3)], 1)
 
 
 def product6(A, x, sign=1):
@@ -76,7 +90,7 @@ def column(A, j, sign=1):
     """Column j of a 6×6 adjoint: its two vectors; moments t × e have size |t|."""
     scale = blocks6(A)[:, :, j // 3]
     own = j // 3
-    return [(sign * A[:, 3 * i:3 * i + 3, j], 0 * scale[:, i] if i == own else scale[:, i]) for i in (0, 1)]
+    return [(sign * A[:, 3 * i : 3 * i + 3, j], 0 * scale[:, i] if i == own else scale[:, i]) for i in (0, 1)]
 
 
 def unit(n, k, s=None):
@@ -279,6 +293,7 @@ entry("coscrew_fromForce")(lambda t, e, o: [(e, np.zeros(len(e))), (cross(t, e),
 
 # inertias
 
+
 def parts(M):
     """m, first moment, inertia matrix."""
     return M[:, 0], M[:, 1:4], ref.symmetric(M[:, 4:])
@@ -353,8 +368,7 @@ def _(Mi, ti, Mj, tj, D):
     I = Ii + ref.parallel_axis(mi, ti - c) + mul(mul(R, Ij), T(R)) + ref.parallel_axis(mj, cj - c)
     a, b = mi.astype(float), mj.astype(float)
     far = norm(ti) + norm(tj) + norm(t)
-    return [(m, m.astype(float)), (first, a * norm(ti) + b * (norm(tj) + norm(t))),
-            (ref.six(I), norm(Ii) + norm(Ij) + 2 * a * b / (a + b) * far**2)]
+    return [(m, m.astype(float)), (first, a * norm(ti) + b * (norm(tj) + norm(t))), (ref.six(I), norm(Ii) + norm(Ij) + 2 * a * b / (a + b) * far**2)]
 
 
 @entry("inertia_toSpatialInertia")
@@ -509,34 +523,153 @@ entry("inertia")(lambda m, t, *I: [(m, np.zeros(len(m))), (m[:, None] * t, abs(m
 
 # tested elsewhere: where
 ELSEWHERE = {
-    "memory_test.py": ["vec3_alloc", "vec3i_alloc", "mat3x3_alloc", "SE3_alloc", "screw_alloc", "coscrew_alloc", "inertia_alloc", "vec3i", "vec3i_isEqual",
-                       "mat3x3_get", "mat3x3_set", "SE3_get", "SE3_set", "mat4x4_get", "mat4x4_set", "mat4x4_alloc", "quaternion_alloc", "vec4_alloc",
-                       "vec4i_alloc", "vec4i", "screw_copy_rmo", "screw_copy_cmo", "screw_ncopy_rmo", "screw_ncopy_cmo", "screw_scatter"],
+    "memory_test.py": [
+        "vec3_alloc",
+        "vec3i_alloc",
+        "mat3x3_alloc",
+        "SE3_alloc",
+        "screw_alloc",
+        "coscrew_alloc",
+        "inertia_alloc",
+        "vec3i",
+        "vec3i_isEqual",
+        "mat3x3_get",
+        "mat3x3_set",
+        "SE3_get",
+        "SE3_set",
+        "mat4x4_get",
+        "mat4x4_set",
+        "mat4x4_alloc",
+        "quaternion_alloc",
+        "vec4_alloc",
+        "vec4i_alloc",
+        "vec4i",
+        "screw_copy_rmo",
+        "screw_copy_cmo",
+        "screw_ncopy_rmo",
+        "screw_ncopy_cmo",
+        "screw_scatter",
+    ],
     "exponential_test.py": ["SE3_exp", "SE3_log", "exp_coefficients", "angle_rest", "larger_q", "mat3x3_toQuaternionRay", "dc", "mat3x3_setFromAxisAngle"],
-    "articulated_test.py": ["product_As", "spatial_inertia_toArticulated"] + [f"articulated_inertia_{name}" for name in (
-        "copy", "added", "getM", "getI", "downdated", "rotated", "translated", "transformed")],
-    "matrix6_test.py": ["mat3x3_setTilde", "cross_vdr", "screw_gather", "coscrew_gather", "coscrew_scatter"] + [f"matrix6_{name}" for name in (
-        "setBlock", "setBlocks", "getBlock", "Ad_rmo", "Ad_cmo", "CoAd_rmo", "CoAd_cmo", "ad_rmo", "ad_cmo", "coad_rmo", "coad_cmo",
-        "spatial_inertia_rmo", "spatial_inertia_cmo", "articulated_inertia_rmo", "articulated_inertia_cmo", "stiffnessTransformed",
-        "complianceTransformed")],
-    "joint_space_test.py": ["vec3_setAxis"] + [f"joint_space_{name}" for name in (
-        "setCoordinate", "setTurn", "set", "transformed", "twist", "efforts", "drive", "actuation", "constraint")],
-    "plucker_test.py": ["motion_fromScrew", "motion_toScrew", "motion_added", "motion_scaled", "force_fromCoscrew", "force_toCoscrew",
-                        "force_added", "force_scaled"] + [f"plucker_{name}" for name in (
-        "dot", "reciprocal_cm", "reciprocal_fs", "crossMotion", "crossForce", "crm_rmo", "crm_cmo", "crf_rmo", "crf_cmo", "rx", "ry", "rz",
-        "plux", "rotx", "roty", "rotz", "xlt", "fromSE3", "toSE3", "pluho", "fromPluho", "XtoV", "product", "inverted", "motion",
-        "motionInverse", "force", "forceInverse", "Xpt", "Vpt", "Fpt", "toMatrix", "motion_rmo", "motion_cmo", "force_rmo", "force_cmo",
-        "fromMatrix", "fromMotion_rmo", "fromMotion_cmo", "mcI", "toMcI", "inertia_rmo", "inertia_cmo", "inertia", "momentum",
-        "kineticEnergy")],
+    "articulated_test.py": ["product_As", "spatial_inertia_toArticulated"]
+    + [f"articulated_inertia_{name}" for name in ("copy", "added", "getM", "getI", "downdated", "rotated", "translated", "transformed")],
+    "matrix6_test.py": ["mat3x3_setTilde", "cross_vdr", "screw_gather", "coscrew_gather", "coscrew_scatter"]
+    + [
+        f"matrix6_{name}"
+        for name in (
+            "setBlock",
+            "setBlocks",
+            "getBlock",
+            "Ad_rmo",
+            "Ad_cmo",
+            "CoAd_rmo",
+            "CoAd_cmo",
+            "ad_rmo",
+            "ad_cmo",
+            "coad_rmo",
+            "coad_cmo",
+            "spatial_inertia_rmo",
+            "spatial_inertia_cmo",
+            "articulated_inertia_rmo",
+            "articulated_inertia_cmo",
+            "stiffnessTransformed",
+            "complianceTransformed",
+        )
+    ],
+    "joint_space_test.py": ["vec3_setAxis"]
+    + [f"joint_space_{name}" for name in ("setCoordinate", "setTurn", "set", "transformed", "twist", "efforts", "drive", "actuation", "constraint")],
+    "plucker_test.py": [
+        "motion_fromScrew",
+        "motion_toScrew",
+        "motion_added",
+        "motion_scaled",
+        "force_fromCoscrew",
+        "force_toCoscrew",
+        "force_added",
+        "force_scaled",
+    ]
+    + [
+        f"plucker_{name}"
+        for name in (
+            "dot",
+            "reciprocal_cm",
+            "reciprocal_fs",
+            "crossMotion",
+            "crossForce",
+            "crm_rmo",
+            "crm_cmo",
+            "crf_rmo",
+            "crf_cmo",
+            "rx",
+            "ry",
+            "rz",
+            "plux",
+            "rotx",
+            "roty",
+            "rotz",
+            "xlt",
+            "fromSE3",
+            "toSE3",
+            "pluho",
+            "fromPluho",
+            "XtoV",
+            "product",
+            "inverted",
+            "motion",
+            "motionInverse",
+            "force",
+            "forceInverse",
+            "Xpt",
+            "Vpt",
+            "Fpt",
+            "toMatrix",
+            "motion_rmo",
+            "motion_cmo",
+            "force_rmo",
+            "force_cmo",
+            "fromMatrix",
+            "fromMotion_rmo",
+            "fromMotion_cmo",
+            "mcI",
+            "toMcI",
+            "inertia_rmo",
+            "inertia_cmo",
+            "inertia",
+            "momentum",
+            "kineticEnergy",
+        )
+    ],
     "poinsot_test.py": ["poinsot_vv", "unpoinsot_vv", "screw_getAxis", "screw_fromAxis", "coscrew_getAxis", "coscrew_fromAxis"],
     "errata_test.py": ["inertia_factor", "inertia_rank"],
-    "quaternion_test.py": ["mat3x3_toQuaternion", "quaternion_exp", "quaternion_log", "log_q", "quaternion_slerp", "quaternion_nlerp", "quaternion_squad", "atEnd_q"],
-    "euler_test.py": ["mat3x3_setFromEulerAngles", "mat3x3_getEulerAnglesNear", "mat3x3_getEulerAnglesWithReference", "axis_getIndices", "axis_getVector",
-                      "axis_getEulerAngles", "mat3x3_getAxisAngle", "mat3x3_pca"],
+    "quaternion_test.py": [
+        "mat3x3_toQuaternion",
+        "quaternion_exp",
+        "quaternion_log",
+        "log_q",
+        "quaternion_slerp",
+        "quaternion_nlerp",
+        "quaternion_squad",
+        "atEnd_q",
+    ],
+    "euler_test.py": [
+        "mat3x3_setFromEulerAngles",
+        "mat3x3_getEulerAnglesNear",
+        "mat3x3_getEulerAnglesWithReference",
+        "axis_getIndices",
+        "axis_getVector",
+        "axis_getEulerAngles",
+        "mat3x3_getAxisAngle",
+        "mat3x3_pca",
+    ],
     "trig_test.py": ["normalizeDegrees", "normalizeRadians", "catan2pi", "catan1pi", "addHalfTurns", "angleFrom"],
-    "lie_test.py": ["mat3x3_exp", "mat3x3_log", "log_coefficient", "jacobian_coefficients", "SE3_storeBlocks"] + [
-        f"{kind}_{side}Jacobian{inverse}{order}" for kind in ("mat3x3", "SE3") for side in ("left", "right") for inverse in ("", "Inverse")
-        for order in (("", "_rmo", "_cmo") if kind == "SE3" else ("",))],
+    "lie_test.py": ["mat3x3_exp", "mat3x3_log", "log_coefficient", "jacobian_coefficients", "SE3_storeBlocks"]
+    + [
+        f"{kind}_{side}Jacobian{inverse}{order}"
+        for kind in ("mat3x3", "SE3")
+        for side in ("left", "right")
+        for inverse in ("", "Inverse")
+        for order in (("", "_rmo", "_cmo") if kind == "SE3" else ("",))
+    ],
     # helpers whose every use is in a row above
     "here": ["turn_vv", "orthonormalize_vvv", "inertia_setMatrix", "inertia_addParallelAxis", "inertia_getCentroid", "product_drSdrinv"],
 }
@@ -611,7 +744,7 @@ def test_error(ksl, name, record_property):
     reference, bound = TABLE[double_name(name)]
     given = arguments(f)
     scalar = "float" if any(t.scalar == "float" for t in [*f.args, f.returns]) else "double"
-    options = {"eps": 2 * UNIT[scalar]} if "eps" in reference.__code__.co_varnames[:reference.__code__.co_argcount] else {}
+    options = {"eps": 2 * UNIT[scalar]} if "eps" in reference.__code__.co_varnames[: reference.__code__.co_argcount] else {}
     got = ksl.outputs(name, *given)
     got = np.concatenate([g.reshape(len(g), -1).astype(np.float64) for g in got], 1)
 

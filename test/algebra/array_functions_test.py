@@ -235,8 +235,24 @@ def test_every_instruction_set_gives_the_same_bits():
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++", "clang++"])
 def test_the_header_compiles_alone(compiler):
     language = "c++" if compiler.endswith("++") else "c"
-    run = subprocess.run([compiler, f"-std={'c++20' if language == 'c++' else 'c11'}", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsyntax-only", f"-I{INCLUDE}", "-x", language, "-"],
-                         input='#include <ksl/arrays.h>\n#include <ksl/arrays.h>\n', capture_output=True, text=True)
+    run = subprocess.run(
+        [
+            compiler,
+            f"-std={'c++20' if language == 'c++' else 'c11'}",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-pedantic",
+            "-fsyntax-only",
+            f"-I{INCLUDE}",
+            "-x",
+            language,
+            "-",
+        ],
+        input="#include <ksl/arrays.h>\n#include <ksl/arrays.h>\n",
+        capture_output=True,
+        text=True,
+    )
     assert run.returncode == 0, run.stderr
 
 

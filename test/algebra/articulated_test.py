@@ -22,6 +22,7 @@ def dtype(scalar):
 def sample(base, scalar, k=0, n=None):
     n = n or CASES
     from functions import Type
+
     return ref.sample(np.random.default_rng([k, *base.encode()]), n, Type(base, "pointer", True, scalar))
 
 
@@ -72,8 +73,9 @@ def test_product(ksl, scalar, f, record_property):
     (c,) = ksl.outputs(f"ksl_product_As{f}", A, s, np.zeros((CASES, 6)))
     expected = mul(dense(mp(A)), mp(s))
     (M, H, I), v, w = sizes(mp(A)), norm(mp(s)[:, :3]), norm(mp(s)[:, 3:])
-    error = max((ref.distance(c[:, :3], expected[:, :3]) / (M * v + H * w)).max(),
-                (ref.distance(c[:, 3:], expected[:, 3:]) / (H * v + I * w)).max()) / UNIT[scalar]
+    error = (
+        max((ref.distance(c[:, :3], expected[:, :3]) / (M * v + H * w)).max(), (ref.distance(c[:, 3:], expected[:, 3:]) / (H * v + I * w)).max()) / UNIT[scalar]
+    )
     record_property("worst_u", float(error))
     assert error <= 4
 

@@ -37,8 +37,8 @@ def sample(base, scalar, k=0, n=None, moderate=False):
     x = ref.sample(random, n, Type(base, "pointer" if base in SIZES else "value", True, scalar))
     if moderate:
         for i in VECTORS.get(base, []):
-            v = x[:, i:i + 3].astype(float)
-            x[:, i:i + 3] = v / np.linalg.norm(v, axis=1)[:, None] * random.uniform(0.3, 3, (n, 1))
+            v = x[:, i : i + 3].astype(float)
+            x[:, i : i + 3] = v / np.linalg.norm(v, axis=1)[:, None] * random.uniform(0.3, 3, (n, 1))
         if base == "spatial_inertia":
             m, c = random.uniform(0.5, 2, n), random.normal(size=(n, 3))
             J = np.eye(3) * 4 + m[:, None, None] * ((c**2).sum(1)[:, None, None] * np.eye(3) - c[:, :, None] * c[:, None, :])

@@ -19,8 +19,8 @@ def sample(base, k=0, moderate=True):
     random = np.random.default_rng([k, *base.encode()])
     x = ref.sample(random, CASES, TYPES[base])
     for i in {"SE3": [9], "screw": [0, 3], "coscrew": [0, 3], "vec3": [0]}.get(base, []) if moderate else []:
-        v = x[:, i:i + 3]
-        x[:, i:i + 3] = v / np.linalg.norm(v, axis=1)[:, None] * 10 ** random.uniform(-1, 1, (CASES, 1))
+        v = x[:, i : i + 3]
+        x[:, i : i + 3] = v / np.linalg.norm(v, axis=1)[:, None] * 10 ** random.uniform(-1, 1, (CASES, 1))
     return x
 
 

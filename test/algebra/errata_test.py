@@ -167,7 +167,13 @@ def test_B10_factor_refuses_what_is_no_inertia(ksl, f, dtype):
 def test_B12_inverse_pivots_and_tests_relatively(ksl, f, dtype):
     eps = np.finfo(dtype).eps
     tiny = 1e-10 if dtype is np.float64 else 1e-5
-    good = [np.eye(3)[[1, 2, 0]], [[0, 1, 0], [1, 0, 0], [0, 0, 1]], [[tiny, 1, 0], [1, 1, 0], [0, 0, 1]], np.diag([1, 2, 4]) * 1e-13, np.diag([1, 2, 4]) * 1e13]
+    good = [
+        np.eye(3)[[1, 2, 0]],
+        [[0, 1, 0], [1, 0, 0], [0, 0, 1]],
+        [[tiny, 1, 0], [1, 1, 0], [0, 0, 1]],
+        np.diag([1, 2, 4]) * 1e-13,
+        np.diag([1, 2, 4]) * 1e13,
+    ]
     for A in good:
         A = np.asarray(A, dtype)
         (code,), (_, inverse) = ksl(f"ksl_mat3x3{f}_inverted", A.T.reshape(1, 9), np.zeros((1, 9)))
@@ -196,7 +202,7 @@ def test_B17_norm_is_relative_and_normalize_divides_everything(ksl, kind, main, 
 
     def make(first, second):
         x = np.zeros((1, 6), dtype)
-        x[0, main:main + 3], x[0, other:other + 3] = first, second
+        x[0, main : main + 3], x[0, other : other + 3] = first, second
         return x
 
     def norm(x):
@@ -237,8 +243,17 @@ def test_B19_normalize_makes_the_columns_orthonormal(ksl, f, dtype):
 
 def test_B19_indices_are_checked_in_debug_builds(tmp_path):
     """Built here with assertions on, whatever the library was built with: the program makes the call whose number it is given."""
-    calls = ["mat3x3_get(x, -1, 0)", "mat3x3_get(x, 0, -1)", "mat3x3_get(x, 3, 0)", "mat3x3_get(x, 0, 3)", "mat3x3_set(x, -1, 0, 1.0)", "SE3_get(x, 3, 0)",
-             "SE3_get(x, 0, 4)", "SE3_get(x, 0, -1)", "SE3_set(x, 0, 4, 1.0)"]
+    calls = [
+        "mat3x3_get(x, -1, 0)",
+        "mat3x3_get(x, 0, -1)",
+        "mat3x3_get(x, 3, 0)",
+        "mat3x3_get(x, 0, 3)",
+        "mat3x3_set(x, -1, 0, 1.0)",
+        "SE3_get(x, 3, 0)",
+        "SE3_get(x, 0, 4)",
+        "SE3_get(x, 0, -1)",
+        "SE3_set(x, 0, 4, 1.0)",
+    ]
     cases = "".join(f"    case {k}: {{ ksl_{c.split('_')[0]}_t *x = ksl_{c.split('_')[0]}_alloc(1); ksl_{c}; break; }}\n" for k, c in enumerate(calls))
     (tmp_path / "main.c").write_text(f"#include <ksl/ksl.h>\nint main(int n, char **a) {{\n  switch (n > 1 ? atoi(a[1]) : -1) {{\n{cases}  }}\n}}\n")
     subprocess.run(["gcc", "-std=c11", f"-I{INCLUDE}", tmp_path / "main.c", "-o", tmp_path / "main", "-lm"], check=True)

@@ -38,11 +38,17 @@ def euler(number, angles):
 def sets_of_angles(number, scalar):
     """Random ones, small ones, and gimbal lock, exact and nearly so."""
     random = np.random.default_rng(number)
-    a = np.concatenate([random.uniform(-7, 7, (N, 3)), random.normal(size=(N, 3)) * 10.0 ** random.uniform(-9, 0, (N, 1)), random.uniform(-3, 3, (2 * N, 3)),
-                        list(itertools.product([0, np.pi / 2, np.pi, -np.pi / 2], repeat=3))])
+    a = np.concatenate(
+        [
+            random.uniform(-7, 7, (N, 3)),
+            random.normal(size=(N, 3)) * 10.0 ** random.uniform(-9, 0, (N, 1)),
+            random.uniform(-3, 3, (2 * N, 3)),
+            list(itertools.product([0, np.pi / 2, np.pi, -np.pi / 2], repeat=3)),
+        ]
+    )
     lock = [0, np.pi, -np.pi] if number >= 6 else [np.pi / 2, -np.pi / 2]
-    a[2 * N:4 * N, 1] = random.choice(lock, 2 * N)
-    a[3 * N:4 * N, 1] += random.choice([-1, 1], N) * 10.0 ** random.uniform(-17, -1, N)
+    a[2 * N : 4 * N, 1] = random.choice(lock, 2 * N)
+    a[3 * N : 4 * N, 1] += random.choice([-1, 1], N) * 10.0 ** random.uniform(-17, -1, N)
     return a.astype(DTYPE[scalar])
 
 
@@ -135,7 +141,9 @@ def test_published_macros(compiler, tmp_path):
       return sizeof(ksl_eulerangles_t) == 32 && sizeof(ksl_euleranglesf_t) == 16 ? 0 : 6;
     }
     """)
-    subprocess.run([*compiler, "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", f"-I{INCLUDE}", tmp_path / "main", "-o", tmp_path / "run", "-lm"], check=True)
+    subprocess.run(
+        [*compiler, "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", f"-I{INCLUDE}", tmp_path / "main", "-o", tmp_path / "run", "-lm"], check=True
+    )
     assert subprocess.run([tmp_path / "run"]).returncode == 0
 
 
@@ -159,6 +167,7 @@ def test_B19_no_sequence_gives_NaN_and_goes_on(ksl, f, scalar):
 
 
 # axis and angle
+
 
 @F
 def test_axis_and_angle_of_every_rotation(ksl, f, scalar, record_property):
@@ -212,13 +221,19 @@ def test_B8_a_trace_above_three_is_no_rotation_at_all(ksl, f, scalar):
 
 # principal axes
 
+
 @F
 @pytest.mark.parametrize("kind", ["positive", "any", "graded", "equal", "diagonal"])
 def test_principal_axes(ksl, f, scalar, kind, record_property):
     random = np.random.default_rng(8)
     R = ref.rotations(random, N).astype(float)
-    d = {"positive": random.uniform(0.1, 1, (N, 3)), "any": random.normal(size=(N, 3)), "graded": 10.0 ** random.uniform(-6, 6, (N, 3)),
-         "equal": np.repeat(random.uniform(0.1, 1, (N, 1)), 3, 1) + np.array([0, 0, 1]) * random.integers(0, 2, (N, 1)), "diagonal": random.normal(size=(N, 3))}[kind]
+    d = {
+        "positive": random.uniform(0.1, 1, (N, 3)),
+        "any": random.normal(size=(N, 3)),
+        "graded": 10.0 ** random.uniform(-6, 6, (N, 3)),
+        "equal": np.repeat(random.uniform(0.1, 1, (N, 1)), 3, 1) + np.array([0, 0, 1]) * random.integers(0, 2, (N, 1)),
+        "diagonal": random.normal(size=(N, 3)),
+    }[kind]
     if kind == "diagonal":
         R = np.tile(np.eye(3), (N, 1, 1))
     A = ((R * d[:, None, :]) @ R.transpose(0, 2, 1)).astype(DTYPE[scalar])

@@ -69,8 +69,7 @@ def test_headers_declare_the_published_types(compiler):
     """A second declaration with the published types must agree with the header's own."""
     lines = ["#include <ksl/ksl.h>", "#include <ksl/memory.h>", "#include <ksl/trig.h>"]
     lines += [f"{f.returns.c()} {f.name}({', '.join(t.c() for t in f.args) or 'void'});" for f in published()]
-    run = subprocess.run([compiler, "-std=c11", "-fsyntax-only", f"-I{INCLUDE}", "-x", "c", "-"],
-                         input="\n".join(lines) + "\n", capture_output=True, text=True)
+    run = subprocess.run([compiler, "-std=c11", "-fsyntax-only", f"-I{INCLUDE}", "-x", "c", "-"], input="\n".join(lines) + "\n", capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 
@@ -79,8 +78,15 @@ def test_the_address_of_every_published_function(ksl, compiler, tmp_path):
     """Through a pointer of its published type each function is the library's own symbol."""
     lines = ["#define _GNU_SOURCE", "#define KSL_INLINE inline"]  # inline and not static: the symbol is the library's
     lines += [f'#include "{header}"' for header in emitted_headers()]
-    lines += ["#include <dlfcn.h>", "static void *handle;", "static void check(const char *name, const void *address) {",
-              "  if (dlsym(handle, name) != address) puts(name);", "}", "int main(void) {", "  handle = dlopen(NULL, RTLD_NOW);"]
+    lines += [
+        "#include <dlfcn.h>",
+        "static void *handle;",
+        "static void check(const char *name, const void *address) {",
+        "  if (dlsym(handle, name) != address) puts(name);",
+        "}",
+        "int main(void) {",
+        "  handle = dlopen(NULL, RTLD_NOW);",
+    ]
     for f in published():
         types = ", ".join(t.c() for t in f.args) or "void"
         lines.append(f'  {{ {f.returns.c()} (*const p)({types}) = {f.name}; const void *a; memcpy(&a, &p, sizeof a); check("{f.name}", a); }}')

@@ -9,9 +9,23 @@ ROOT = Path(__file__).resolve().parents[2]
 INCLUDE = ROOT / "include"
 
 # how many numbers each type holds
-SIZES = {"vec3": 3, "vec4": 4, "quaternion": 4, "mat3x3": 9, "mat4x4": 16, "SE3": 12, "screw": 6, "coscrew": 6,
-         "inertia": 10, "spatial_inertia": 10, "articulated_inertia": 21, "joint_space": 72, "motion": 6, "force": 6,
-         "plucker": 12}
+SIZES = {
+    "vec3": 3,
+    "vec4": 4,
+    "quaternion": 4,
+    "mat3x3": 9,
+    "mat4x4": 16,
+    "SE3": 12,
+    "screw": 6,
+    "coscrew": 6,
+    "inertia": 10,
+    "spatial_inertia": 10,
+    "articulated_inertia": 21,
+    "joint_space": 72,
+    "motion": 6,
+    "force": 6,
+    "plucker": 12,
+}
 INTEGERS = {"vec3i": 3, "vec4i": 4}
 # functions of arrays of any length, tables and files: tested in files of their own (linalg_test.py, print_test.py ...),
 # left out by everything()
@@ -156,8 +170,11 @@ def bodies():
                     kind, name_ = (x.strip() for x in name.split(","))
                     full, inner, double = f"ksl_{kind}{f}_{name_}", f"{kind}_{name_}", f"ksl_{kind}_{name_}"
                 types = [_body_type(a, scalar) for a in args.split(",") if a.strip() not in ("", "void")]
-                out.append(Function(full, _body_type(returns, scalar), types, path.name,
-                                    inner if path.name in lanes else "", doc, double, helper=linkage == "KSL_HELPER"))
+                out.append(
+                    Function(
+                        full, _body_type(returns, scalar), types, path.name, inner if path.name in lanes else "", doc, double, helper=linkage == "KSL_HELPER"
+                    )
+                )
     return out
 
 

@@ -12,7 +12,18 @@ from functions import SIZES, everything
 CASES = 100
 FUNCTIONS = everything()
 # where a vec3 lies inside a larger argument
-INSIDE = {"SE3": [9], "screw": [0, 3], "coscrew": [0, 3], "motion": [0, 3], "force": [0, 3], "plucker": [9], "mat3x3": [0, 3, 6], "quaternion": [0], "inertia": [1], "spatial_inertia": [1]}
+INSIDE = {
+    "SE3": [9],
+    "screw": [0, 3],
+    "coscrew": [0, 3],
+    "motion": [0, 3],
+    "force": [0, 3],
+    "plucker": [9],
+    "mat3x3": [0, 3, 6],
+    "quaternion": [0],
+    "inertia": [1],
+    "spatial_inertia": [1],
+}
 
 
 def is_output(t):
@@ -34,8 +45,15 @@ def pairs(f):
 # of each function, (output, input) for each output that may be an input of its own type
 ALIASES = {f.name: [(i, j) for (i, a), (j, b) in pairs(f) if is_output(a) and is_input(b) and b.const and same_type(a, b)] for f in FUNCTIONS.values()}
 # of each function, (output or input vec3, larger argument, number at which it begins there)
-INSIDES = {f.name: [(i, j, k) for (i, a), (j, b) in pairs(f) if is_input(a) and is_input(b) and a.base == "vec3" and a.scalar == b.scalar and (is_output(a) or is_output(b))
-                    for k in INSIDE.get(b.base, [])] for f in FUNCTIONS.values()}
+INSIDES = {
+    f.name: [
+        (i, j, k)
+        for (i, a), (j, b) in pairs(f)
+        if is_input(a) and is_input(b) and a.base == "vec3" and a.scalar == b.scalar and (is_output(a) or is_output(b))
+        for k in INSIDE.get(b.base, [])
+    ]
+    for f in FUNCTIONS.values()
+}
 
 
 def arguments(f):
@@ -70,16 +88,26 @@ def test_vector_inside_an_argument(ksl, name):
     f = FUNCTIONS[name]
     for part, whole, at in INSIDES[name]:
         args = arguments(f)
-        args[part] = args[whole][:, at:at + 3].copy()
+        args[part] = args[whole][:, at : at + 3].copy()
         _, apart = ksl(name, *args)
         _, together = ksl(name, *args, inside=(part, whole, at))
         output = part if is_output(f.args[part]) else whole
         assert np.array_equal(*bits([apart[output], together[output]])), (part, whole, at)
 
 
-@pytest.mark.parametrize("name", [f.name for f in FUNCTIONS.values()
-                                  if len(f.args) == 3 and is_output(f.args[2]) and f.args[0].const and f.args[1].const
-                                  and same_type(f.args[0], f.args[1]) and same_type(f.args[1], f.args[2])])
+@pytest.mark.parametrize(
+    "name",
+    [
+        f.name
+        for f in FUNCTIONS.values()
+        if len(f.args) == 3
+        and is_output(f.args[2])
+        and f.args[0].const
+        and f.args[1].const
+        and same_type(f.args[0], f.args[1])
+        and same_type(f.args[1], f.args[2])
+    ],
+)
 def test_all_three_the_same(ksl, name):
     f = FUNCTIONS[name]
     x = arguments(f)[0]

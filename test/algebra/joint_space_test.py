@@ -21,8 +21,17 @@ COORDINATE = [k for k in KINDS if k not in ("helical", "universal")]
 def freedoms(kind, axis):
     """The coordinates that are free, 0 to 2 sliding, 3 to 5 turning, in order."""
     a, b, c = axis, (axis + 1) % 3, (axis + 2) % 3
-    return {"fixed": [], "revolute": [3 + a], "prismatic": [a], "helical": [3 + a], "cylindrical": [a, 3 + a], "universal": [3 + a, 3 + b],
-            "spherical": [3, 4, 5], "planar": sorted([b, c]) + [3 + a], "free": list(range(6))}[kind]
+    return {
+        "fixed": [],
+        "revolute": [3 + a],
+        "prismatic": [a],
+        "helical": [3 + a],
+        "cylindrical": [a, 3 + a],
+        "universal": [3 + a, 3 + b],
+        "spherical": [3, 4, 5],
+        "planar": sorted([b, c]) + [3 + a],
+        "free": list(range(6)),
+    }[kind]
 
 
 def bases(ksl, kind, axis, scalar="double", f="", pitch=PITCH, q=ANGLE, n=1, D=None):
@@ -42,6 +51,7 @@ def columns(J):
 def test_enumeration(ksl):
     """The order of the kinds here is that of ksl_joint_kind_t, and what is no kind or axis is refused and changes nothing."""
     from functions import INCLUDE
+
     text = (INCLUDE / "ksl" / "types.h").read_text()
     at = [text.index(f"KSL_JOINT_{k.upper()}") for k in KINDS]
     assert at == sorted(at)
@@ -105,7 +115,7 @@ def test_drives_are_pure(ksl, kind, axis):
     """Each drive is a pure force or a pure couple along its axis, of unit length: of a helical joint the couple, of a
     universal one the couples about its two axes, which stay normal to each other."""
     n, s, c, _ = bases(ksl, kind, axis)
-    h = c[0, :, 6 - n:]
+    h = c[0, :, 6 - n :]
     for j, i in enumerate(freedoms(kind, axis)):
         force, couple = h[:3, j], h[3:, j]
         assert np.all((couple if i < 3 else force) == 0)
@@ -160,7 +170,7 @@ def test_coscrews_11_duality_in_another_frame(ksl, kind, axis, scalar, f):
     D = sample("SE3", scalar, n=count, moderate=True)
     n, s, c, _ = bases(ksl, kind, axis, scalar, f, n=count, D=D, q=np.linspace(-3, 3, count))
     s, c = s.astype(float), c.astype(float)
-    Hbar, S, Hstar, h = s[:, :, :6 - n], s[:, :, 6 - n:], c[:, :, :6 - n], c[:, :, 6 - n:]
+    Hbar, S, Hstar, h = s[:, :, : 6 - n], s[:, :, 6 - n :], c[:, :, : 6 - n], c[:, :, 6 - n :]
     close(np.einsum("nki,nkj->nij", Hbar, h), np.zeros((count, 6 - n, n)), scalar)
     close(np.einsum("nki,nkj->nij", Hstar, S), np.zeros((count, 6 - n, n)), scalar)
     close(np.einsum("nki,nkj->nij", h, S), np.tile(np.eye(n), (count, 1, 1)), scalar)
@@ -236,7 +246,7 @@ def test_transformed(ksl, scalar, f):
     (moved,) = ksl.outputs(f"ksl_joint_space{f}_transformed", J, D, room(72, scalar, n))
     for k in range(12):
         name = "product_Ads" if k < 6 else "product_CoAdc"
-        assert np.array_equal(ksl.outputs(f"ksl_{name}{f}", D, J[:, 6 * k:6 * k + 6], room(6, scalar, n))[0], moved[:, 6 * k:6 * k + 6])
+        assert np.array_equal(ksl.outputs(f"ksl_{name}{f}", D, J[:, 6 * k : 6 * k + 6], room(6, scalar, n))[0], moved[:, 6 * k : 6 * k + 6])
 
 
 @pytest.mark.many_cases
@@ -247,7 +257,7 @@ def test_error_of_the_sums(ksl, n, scalar, f, record_property):
     random = np.random.default_rng(6)
     J = random.normal(size=(AT_200_BITS, 72)).astype(DTYPE[scalar])
     c, x = sample("coscrew", scalar, n=AT_200_BITS, moderate=True), random.normal(size=(AT_200_BITS, 6)).astype(DTYPE[scalar])
-    s, h = (y[:, :, 6 - n:] for y in columns(mp(J)))
+    s, h = (y[:, :, 6 - n :] for y in columns(mp(J)))
     r, w = mp(x)[:, :n], mp(c)
     (twist,) = ksl.outputs(f"ksl_joint_space{f}_twist", J, n, x, room(6, scalar, AT_200_BITS))
     (drive,) = ksl.outputs(f"ksl_joint_space{f}_drive", J, n, x, room(6, scalar, AT_200_BITS))
@@ -260,8 +270,11 @@ def test_error_of_the_sums(ksl, n, scalar, f, record_property):
     sizes = C[0] * S[0] + C[1] * S[1]
     worst = max(error(efforts[:, j], e[:, j], sizes[:, j], scalar) for j in range(n))
     for i, p in enumerate((slice(0, 3), slice(3, 6))):
-        worst = max(worst, error(twist[:, p], mul(s, r)[:, p], (S[i] * abs(r.astype(float))).sum(1), scalar),
-                    error(drive[:, p], mul(h, r)[:, p], (H[i] * abs(r.astype(float))).sum(1), scalar),
-                    error(act[:, p], mul(h, e)[:, p], (H[i] * sizes).sum(1), scalar),
-                    error(rest[:, p], (w - mul(h, e))[:, p], (H[i] * sizes).sum(1) + C[i][:, 0], scalar))
+        worst = max(
+            worst,
+            error(twist[:, p], mul(s, r)[:, p], (S[i] * abs(r.astype(float))).sum(1), scalar),
+            error(drive[:, p], mul(h, r)[:, p], (H[i] * abs(r.astype(float))).sum(1), scalar),
+            error(act[:, p], mul(h, e)[:, p], (H[i] * sizes).sum(1), scalar),
+            error(rest[:, p], (w - mul(h, e))[:, p], (H[i] * sizes).sum(1) + C[i][:, 0], scalar),
+        )
     bound(record_property, worst)

@@ -28,8 +28,8 @@ class Law:
     def sample(self, base):
         x = ref.sample(self.random, CASES, self.types[base])
         for i in {"SE3": [9], "screw": [0, 3], "coscrew": [0, 3], "vec3": [0]}.get(base, []):
-            v = x[:, i:i + 3].astype(float)
-            x[:, i:i + 3] = v / np.linalg.norm(v, axis=1)[:, None] * self.random.uniform(0.3, 3, (CASES, 1))
+            v = x[:, i : i + 3].astype(float)
+            x[:, i : i + 3] = v / np.linalg.norm(v, axis=1)[:, None] * self.random.uniform(0.3, 3, (CASES, 1))
         if base in ("inertia", "spatial_inertia"):
             m, c = self.random.uniform(0.5, 2, CASES), self.random.normal(size=(CASES, 3))
             J = np.array([3, 4, 5, 0.1, 0.2, -0.3]) * self.random.uniform(0.9, 1.1, (CASES, 6))
@@ -41,7 +41,7 @@ class Law:
 
     def __call__(self, name, *args):
         f = FUNCTIONS[self.twins[f"ksl_{name}"]]
-        room = [np.zeros((CASES, t.numbers())) for t in f.args[len(args):]]
+        room = [np.zeros((CASES, t.numbers())) for t in f.args[len(args) :]]
         return self.ksl.outputs(f.name, *args, *room)[0]
 
     def equal(self, a, b, bound=128):

@@ -62,13 +62,27 @@ class Library:
             f = self.functions[name]
             call = getattr(self.helpers if f.helper else self.dll, name)
             structs = [by_value(t) if t.kind == "value" and t.base in STRUCTS else None for t in f.args]
-            call.argtypes = [s or (ctypes.c_void_p if t.kind != "value" else
-                                   CTYPE[t.scalar] if t.base == "real" else
-                                   ctypes.c_ssize_t if t.base == "ptrdiff_t" else ctypes.c_int)
-                             for s, t in zip(structs, f.args)]
+            call.argtypes = [
+                s
+                or (
+                    ctypes.c_void_p
+                    if t.kind != "value"
+                    else CTYPE[t.scalar]
+                    if t.base == "real"
+                    else ctypes.c_ssize_t
+                    if t.base == "ptrdiff_t"
+                    else ctypes.c_int
+                )
+                for s, t in zip(structs, f.args)
+            ]
             r = f.returns
-            call.restype = (ctypes.c_void_p if r.kind == "pointer" else by_value(r) if r.base in STRUCTS
-                            else {"void": None, "bool": ctypes.c_bool, "int": ctypes.c_int}.get(r.base, CTYPE.get(r.scalar)))
+            call.restype = (
+                ctypes.c_void_p
+                if r.kind == "pointer"
+                else by_value(r)
+                if r.base in STRUCTS
+                else {"void": None, "bool": ctypes.c_bool, "int": ctypes.c_int}.get(r.base, CTYPE.get(r.scalar))
+            )
             self._ready[name] = call, f, structs
         return self._ready[name]
 
@@ -94,7 +108,7 @@ class Library:
             offset = k * after[j].itemsize
             columns[i] = [p + offset for p in columns[j]]
             width = f.args[i].numbers()
-            after[i] = after[j][:, k:k + width]
+            after[i] = after[j][:, k : k + width]
         result = [call(*row) for row in zip(*columns)] if columns else [call()]
         if f.returns.kind == "pointer":
             return result, after

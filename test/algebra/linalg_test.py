@@ -22,7 +22,7 @@ class Guarded:
         x = np.asarray(x, dtype)
         guard = dtype(GUARD) if dtype is not np.int32 else np.int32(GUARD)
         self.all = np.concatenate([[guard] * 4, x.ravel(), [guard] * 4]).astype(dtype)
-        self.x = self.all[4:len(self.all) - 4].reshape(x.shape)
+        self.x = self.all[4 : len(self.all) - 4].reshape(x.shape)
 
     @property
     def pointer(self):
@@ -43,8 +43,10 @@ def la(ksl):
         function = getattr(ksl.dll, f"ksl_{name}{f}")
         real = CTYPE["float" if f else "double"]
         function.restype = real if "infinityNorm" in name else ctypes.c_int
-        return function(*[a.pointer if isinstance(a, Guarded) else real(a) if isinstance(a, (float, np.floating)) else
-                          a if a is None else int(a) for a in args])
+        return function(
+            *[a.pointer if isinstance(a, Guarded) else real(a) if isinstance(a, (float, np.floating)) else a if a is None else int(a) for a in args]
+        )
+
     return call
 
 
@@ -80,7 +82,7 @@ def factors(LU, rank):
     m, n = LU.shape
     L, U = np.eye(m), np.zeros((m, n))
     for j in range(rank):
-        L[j + 1:, j] = LU[j + 1:, j]
+        L[j + 1 :, j] = LU[j + 1 :, j]
         U[j, j:] = LU[j, j:]
     return L[:, :rank], U[:rank]
 
@@ -519,7 +521,7 @@ def test_pca(la, f):
         assert abs(mean.x + X.value().astype(float) @ V.T - A).max() <= 128 * EPS[f] * scale
         expected = np.zeros(n)
         found = np.linalg.svd(A - A.mean(axis=0), compute_uv=False) ** 2 / (m - 1)
-        expected[:len(found)] = found
+        expected[: len(found)] = found
         assert abs(variances.value() - expected).max() <= 256 * EPS[f] * expected[0]
         assert (np.diff(variances.x) <= 0).all() and (variances.x >= 0).all()
 
@@ -538,6 +540,7 @@ def test_pca_refuses(la, f):
 def test_B22_float_linear_algebra_exists(ksl):
     """Each double function has its twin."""
     from functions import published
+
     names = [x.name for x in published() if x.header == "linalg.h" and not x.name.endswith("f")]
     assert len(names) == 32
     assert [n for n in names if not hasattr(ksl.dll, n + "f")] == []

@@ -62,15 +62,19 @@ def template_form(f):
 
 
 def template_forms(functions):
-    out = [HEAD, '#include "ksl/algebra.hpp"\n#include "forms.h"\n',
-           "template <class T> static T load(void *p) { T t; std::memcpy(&t, p, sizeof t); return t; }"]
+    out = [
+        HEAD,
+        '#include "ksl/algebra.hpp"\n#include "forms.h"\n',
+        "template <class T> static T load(void *p) { T t; std::memcpy(&t, p, sizeof t); return t; }",
+    ]
     out += [template_form(f) for f in functions if f.body]
     out.append("\nform *const forms_template[] = {")
     out += [f"  {'f_' + f.name if f.body else 'nullptr'}," for f in functions]
     out.append("};\nconst form_row form_rows[] = {")
     for f in functions:
-        kinds = "".join({"double": "d", "float": "f"}.get(t.scalar, "i") if t.base not in ("int", "ptrdiff_t") else
-                        {"int": "n", "ptrdiff_t": "p"}[t.base] for t in f.args)
+        kinds = "".join(
+            {"double": "d", "float": "f"}.get(t.scalar, "i") if t.base not in ("int", "ptrdiff_t") else {"int": "n", "ptrdiff_t": "p"}[t.base] for t in f.args
+        )
         out.append(f'  {{"{f.name}", "{kinds}"}},')
     out.append(f"}};\nconst int form_count = {len(functions)};\n")
     return "\n".join(out)
@@ -78,9 +82,11 @@ def template_forms(functions):
 
 def counted(doc):
     """(flops, roots, sines and cosines, arctangents) that a doc comment states."""
+
     def number(pattern):
         m = re.search(rf"(\d+|an?) {pattern}\b", doc)
         return 0 if not m else 1 if m[1].startswith("a") else int(m[1])
+
     doc = " ".join(doc.lower().split())
     return number("flops?"), number("roots?"), number("sines?") + number("cosines?"), number("arctangents?")
 
@@ -112,8 +118,12 @@ def main():
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
     functions = [f for f in everything().values() if not f.helper]  # a helper has no linked form
-    for name, text in (("forms_inline.c", c_forms(functions, "inline")), ("forms_linked.c", c_forms(functions, "linked")),
-                       ("forms_template.cpp", template_forms(functions)), ("flops.cpp", flop_rows())):
+    for name, text in (
+        ("forms_inline.c", c_forms(functions, "inline")),
+        ("forms_linked.c", c_forms(functions, "linked")),
+        ("forms_template.cpp", template_forms(functions)),
+        ("flops.cpp", flop_rows()),
+    ):
         path = folder / name
         if not path.exists() or path.read_text() != text:
             path.write_text(text)

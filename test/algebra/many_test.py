@@ -24,9 +24,13 @@ def extended():
 def sample(angles, scalar):
     """Screws (v, ω), |v| over six decades."""
     random = np.random.default_rng([len(angles), *angles.encode()])
-    angle = {"near 0": lambda: 10 ** random.uniform(-12, -1, CASES), "at the switch": lambda: random.uniform(0.03, 0.0334, CASES),
-             "ordinary": lambda: random.uniform(0, np.pi, CASES), "near π": lambda: np.pi - 10 ** random.uniform(-4, -1, CASES),
-             "large": lambda: 10 ** random.uniform(0.5, 4, CASES)}[angles]()
+    angle = {
+        "near 0": lambda: 10 ** random.uniform(-12, -1, CASES),
+        "at the switch": lambda: random.uniform(0.03, 0.0334, CASES),
+        "ordinary": lambda: random.uniform(0, np.pi, CASES),
+        "near π": lambda: np.pi - 10 ** random.uniform(-4, -1, CASES),
+        "large": lambda: 10 ** random.uniform(0.5, 4, CASES),
+    }[angles]()
     speed = 10 ** random.uniform(-3, 3, CASES)
     return np.concatenate([directions(random, CASES) * speed[:, None], directions(random, CASES) * angle[:, None]], 1).astype(dtype(scalar))
 
@@ -93,13 +97,26 @@ def test_log(ksl, scalar, f, angles, record_property):
     q = np.concatenate([w * np.sin(half) / (2 * half), np.cos(half)], 1).astype(dtype(scalar))
     (back,) = ksl.outputs(f"ksl_quaternion{f}_log", q, np.zeros((CASES, 3)))
     sure = norm(w) < np.pi * (1 - 8 * UNIT[scalar])
-    worst(record_property, (ref.distance(got[:, 3:], w) / size)[sure], (ref.distance(got[:, :3], v) / norm(v) / size)[sure],
-          (ref.distance(turn, w) / size)[sure], (ref.distance(back, w) / (8 + norm(w)) / UNIT[scalar])[sure])
+    worst(
+        record_property,
+        (ref.distance(got[:, 3:], w) / size)[sure],
+        (ref.distance(got[:, :3], v) / norm(v) / size)[sure],
+        (ref.distance(turn, w) / size)[sure],
+        (ref.distance(back, w) / (8 + norm(w)) / UNIT[scalar])[sure],
+    )
 
 
 @F
-@pytest.mark.parametrize("name, width, part", [("vec3{}_l2norm", 3, slice(3)), ("vec4{}_l2norm", 4, slice(4)), ("quaternion{}_l2norm", 4, slice(4)),
-                                               ("screw{}_norm", 6, slice(3, 6)), ("coscrew{}_norm", 6, slice(3))])
+@pytest.mark.parametrize(
+    "name, width, part",
+    [
+        ("vec3{}_l2norm", 3, slice(3)),
+        ("vec4{}_l2norm", 4, slice(4)),
+        ("quaternion{}_l2norm", 4, slice(4)),
+        ("screw{}_norm", 6, slice(3, 6)),
+        ("coscrew{}_norm", 6, slice(3)),
+    ],
+)
 def test_lengths(ksl, scalar, f, name, width, part, record_property):
     """To 1.5 ULP."""
     random = np.random.default_rng(width)

@@ -40,7 +40,7 @@ def test_adjoints(ksl, name, scalar, f, record_property):
     for i in (0, 3):
         for j in range(6):
             moment = (i < 3) != (j < 3)
-            worst = max(worst, error(got[:, i:i + 3, j], expected[:, i:i + 3, j], t if moment else 0, scalar))
+            worst = max(worst, error(got[:, i : i + 3, j], expected[:, i : i + 3, j], t if moment else 0, scalar))
     bound(record_property, worst)
 
 
@@ -85,13 +85,13 @@ def test_stiffness_and_compliance(ksl, what, scalar, f, record_property):
     X = (ref.CoAd if what == "stiffness" else ref.Ad)(ref.pose(mp(D)))
     expected = mul(mul(X, mp(K)), T(X))
     t = SQRT2 * norm(mp(D)[:, 9:])
-    size = np.stack([np.stack([norm(mp(K[:, i:i + 3, j:j + 3])) for j in (0, 3)], -1) for i in (0, 3)], 1)
+    size = np.stack([np.stack([norm(mp(K[:, i : i + 3, j : j + 3])) for j in (0, 3)], -1) for i in (0, 3)], 1)
     one, worst = np.ones(CASES), 0
     x = np.array([[one, 0 * one], [t, one]] if what == "stiffness" else [[one, t], [0 * one, one]])
     for i in (0, 1):
         for j in (0, 1):
             scale = sum(x[i, p] * size[:, p, q] * x[j, q] for p in (0, 1) for q in (0, 1))
-            worst = max(worst, error(got[:, 3 * i:3 * i + 3, 3 * j:3 * j + 3], expected[:, 3 * i:3 * i + 3, 3 * j:3 * j + 3], scale, scalar))
+            worst = max(worst, error(got[:, 3 * i : 3 * i + 3, 3 * j : 3 * j + 3], expected[:, 3 * i : 3 * i + 3, 3 * j : 3 * j + 3], scale, scalar))
     bound(record_property, worst)
 
 

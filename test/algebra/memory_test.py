@@ -11,8 +11,7 @@ from library import CTYPE, DTYPE
 FUNCTIONS = everything()
 LIBC = ctypes.CDLL(None)
 LIBC.free.argtypes = [ctypes.c_void_p]
-IDENTITY = {"mat3x3": np.eye(3).ravel(), "SE3": np.append(np.eye(3).ravel(), [0, 0, 0]),
-            "mat4x4": np.eye(4).ravel(), "quaternion": np.array([0, 0, 0, 1])}
+IDENTITY = {"mat3x3": np.eye(3).ravel(), "SE3": np.append(np.eye(3).ravel(), [0, 0, 0]), "mat4x4": np.eye(4).ravel(), "quaternion": np.array([0, 0, 0, 1])}
 
 
 @pytest.mark.parametrize("name", [n for n in FUNCTIONS if n.endswith("_alloc")])
@@ -56,10 +55,9 @@ def test_copy_into_a_matrix(ksl, order, sign, verb, f):
     rows, columns, row, column = 9, 5, 2, 3
     A = np.arange(rows * columns, dtype=dtype).reshape(rows, columns)
     expected = A.copy()
-    expected[row:row + 6, column] = sign * s[0]
+    expected[row : row + 6, column] = sign * s[0]
     stored = A if order == "rmo" else A.T
-    _, after = ksl(f"ksl_screw{f}_{verb}_{order}", s, np.ascontiguousarray(stored).reshape(1, -1), row, column,
-                   columns if order == "rmo" else rows)
+    _, after = ksl(f"ksl_screw{f}_{verb}_{order}", s, np.ascontiguousarray(stored).reshape(1, -1), row, column, columns if order == "rmo" else rows)
     got = after[1].reshape(stored.shape)
     assert np.array_equal(got if order == "rmo" else got.T, expected)
 

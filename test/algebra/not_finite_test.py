@@ -95,7 +95,9 @@ def test_every_function_and_algorithm_is_in_the_table():
     from algorithms import ALGORITHMS
 
     wanted = every_name() + [f"algorithm {row.name}" for row in ALGORITHMS if row.loops != "plan"]
-    assert set(table()) == set(wanted) and TABLE.read_text().splitlines()[1:] == lines_of({name: table()[name] for name in wanted}), "python test/algebra/not_finite_test.py writes the table"
+    assert set(table()) == set(wanted) and TABLE.read_text().splitlines()[1:] == lines_of({name: table()[name] for name in wanted}), (
+        "python test/algebra/not_finite_test.py writes the table"
+    )
 
 
 def test_what_is_tested_elsewhere_is_named():

@@ -10,6 +10,7 @@ from cases import arithmetic  # noqa: F401, a fixture
 from cases import CASES, PRECISIONS, bound, close, error, room, sample
 from reference import T, block, cross, dot, mp, mul, norm, tilde
 
+
 def BOTH(test):
     """In both precisions, and against both arithmetics."""
     return pytest.mark.usefixtures("arithmetic")(pytest.mark.parametrize("scalar, f", PRECISIONS)(test))
@@ -64,6 +65,7 @@ def matrix6(ksl, name, scalar, f, x):
 
 
 # the equations
+
 
 def rounded_orthogonal(X):
     """(X, X⁻ᵀ) need an exact rotation: E at 200 bits is made orthonormal to that precision."""
@@ -177,6 +179,7 @@ def test_six_d_16_force_in_a_moving_frame(ksl):
 
 # errors
 
+
 def halves(x):
     return x[:, :3], x[:, 3:]
 
@@ -190,8 +193,12 @@ def in_halves(got, expected, sizes, scalar):
 def test_transforming_vectors(ksl, name, kind, scalar, f, record_property):
     X, x = sample("plucker", scalar), sample(kind, scalar)
     E, r = parts(mp(X))
-    A = {"motion": lambda: X_motion(mp(X)), "force": lambda: X_force(mp(X)), "forceInverse": lambda: T(X_motion(mp(X))),
-         "motionInverse": lambda: T(X_force(mp(X)))}[name]()
+    A = {
+        "motion": lambda: X_motion(mp(X)),
+        "force": lambda: X_force(mp(X)),
+        "forceInverse": lambda: T(X_motion(mp(X))),
+        "motionInverse": lambda: T(X_force(mp(X))),
+    }[name]()
     a, b = (norm(p) for p in halves(mp(x)))
     sizes = (a, b + norm(r) * a) if kind == "motion" else (a + norm(r) * b, b)
     bound(record_property, in_halves(call(ksl, name, scalar, f, X, x), mul(A, mp(x)), sizes, scalar))
@@ -207,7 +214,7 @@ def test_matrices(ksl, name, scalar, f, record_property):
         for j in (0, 3):
             moment = (i, j) == ((3, 0) if name == "motion" else (0, 3))
             size = SQRT2 * norm(mp(X)[:, 9:]) if moment else 0
-            worst = max(worst, error(got[:, i:i + 3, j:j + 3], expected[:, i:i + 3, j:j + 3], size, scalar))
+            worst = max(worst, error(got[:, i : i + 3, j : j + 3], expected[:, i : i + 3, j : j + 3], size, scalar))
     bound(record_property, worst)
 
 
@@ -241,7 +248,7 @@ def test_product_and_inverse(ksl, scalar, f, record_property):
     (E2, r2), (E1, r1) = parts(mp(X2)), parts(mp(X1))
     got = call(ksl, "product", scalar, f, X2, X1, width=12)
     E = mul(E2, E1)
-    worst = max(error(got[:, 3 * j:3 * j + 3], E[:, :, j], norm(E1[:, :, j]), scalar) for j in range(3))
+    worst = max(error(got[:, 3 * j : 3 * j + 3], E[:, :, j], norm(E1[:, :, j]), scalar) for j in range(3))
     worst = max(worst, error(got[:, 9:], r1 + mul(T(E1), r2), norm(r1) + norm(r2), scalar))
     inverse = call(ksl, "inverted", scalar, f, X1, width=12)
     assert np.all(ref.matrix(inverse[:, :9]) == T(E1))
@@ -259,8 +266,10 @@ def test_points(ksl, scalar, f, record_property):
     X, p, v, g = sample("plucker", scalar), sample("vec3", scalar), sample("motion", scalar), sample("vec3", scalar, 1)
     E, r = parts(mp(X))
     P, (w, u), G = mp(p), halves(mp(v)), mp(g)
-    worst = max(error(call(ksl, "Xpt", scalar, f, X, p, width=3), mul(E, P - r), norm(P) + norm(r), scalar),
-                error(call(ksl, "Vpt", scalar, f, v, p, width=3), u + cross(w, P), norm(u) + norm(w) * norm(P), scalar))
+    worst = max(
+        error(call(ksl, "Xpt", scalar, f, X, p, width=3), mul(E, P - r), norm(P) + norm(r), scalar),
+        error(call(ksl, "Vpt", scalar, f, v, p, width=3), u + cross(w, P), norm(u) + norm(w) * norm(P), scalar),
+    )
     force = call(ksl, "Fpt", scalar, f, g, p)
     worst = max(worst, error(force[:, :3], cross(P, G), norm(P) * norm(G), scalar))
     assert np.array_equal(force[:, 3:], g)
@@ -290,8 +299,7 @@ def test_inertia(ksl, scalar, f, record_property):
     moved = mul(mul(X_force(mp(X)), dense), T(X_force(mp(X))))
     far = norm(r)
     first = np.stack([moved[:, 2, 4], moved[:, 0, 5], moved[:, 1, 3]], -1)
-    worst = max(worst, error(got[:, 1:4], first, h + m * far, scalar),
-                error(got[:, 4:], ref.six(moved[:, :3, :3]), I + 4 * h * far + 2 * m * far**2, scalar))
+    worst = max(worst, error(got[:, 1:4], first, h + m * far, scalar), error(got[:, 4:], ref.six(moved[:, :3, :3]), I + 4 * h * far + 2 * m * far**2, scalar))
     bound(record_property, worst, 5)
 
 
@@ -301,8 +309,9 @@ def test_dot_and_reciprocal_products(ksl, scalar, f, record_property):
     m, g = sample("motion", scalar), sample("force", scalar)
     expected = dot(mp(m), mp(g))
     size = sum(norm(a) * norm(b) for a, b in zip(halves(mp(m)), halves(mp(g))))
-    powers = [ksl.outputs(f"ksl_plucker{f}_{name}", *args)[0]
-              for name, args in (("dot", (m, g)), ("reciprocal_cm", (swap(g), m)), ("reciprocal_fs", (g, swap(m))))]
+    powers = [
+        ksl.outputs(f"ksl_plucker{f}_{name}", *args)[0] for name, args in (("dot", (m, g)), ("reciprocal_cm", (swap(g), m)), ("reciprocal_fs", (g, swap(m))))
+    ]
     bound(record_property, max(error(p, expected, size, scalar) for p in powers))
 
 
@@ -317,6 +326,7 @@ def test_elementwise(ksl, scalar, f):
 
 
 # making transforms, and the linear-first layer
+
 
 @BOTH
 def test_axis_rotations_are_passive(ksl, scalar, f):
@@ -410,8 +420,12 @@ def test_linear_first_is_another_order(ksl, scalar, f):
     assert np.array_equal(s, swap(m)) and np.array_equal(c, swap(g))
     assert np.array_equal(ksl.outputs(f"ksl_motion{f}_fromScrew", s, room(6, scalar))[0], m)
     assert np.array_equal(ksl.outputs(f"ksl_force{f}_fromCoscrew", c, room(6, scalar))[0], g)
-    for x, there, name, back in ((s, m, "product_Adinvs", "motion"), (c, g, "product_CoAdinvc", "force"),
-                                 (s, m, "product_Ads", "motionInverse"), (c, g, "product_CoAdc", "forceInverse")):
+    for x, there, name, back in (
+        (s, m, "product_Adinvs", "motion"),
+        (c, g, "product_CoAdinvc", "force"),
+        (s, m, "product_Ads", "motionInverse"),
+        (c, g, "product_CoAdc", "forceInverse"),
+    ):
         (y,) = ksl.outputs(f"ksl_{name}{f}", D, x, room(6, scalar))
         close(call(ksl, back, scalar, f, X, there), swap(y), scalar, 16)
     v = sample("motion", scalar, 1, moderate=True)

@@ -41,8 +41,12 @@ def test_axis(ksl, kind, scalar, f, record_property):
     n = ref.sqrt(dot(main, main))
     unit = main / n[:, None]
     size = norm(moment) / norm(main)
-    worst = max(error(e, unit, 1, scalar), error(magnitude, n, norm(main), scalar),
-                error(p, cross(unit, moment) / n[:, None], size, scalar), error(h, dot(unit, moment) / n, size, scalar))
+    worst = max(
+        error(e, unit, 1, scalar),
+        error(magnitude, n, norm(main), scalar),
+        error(p, cross(unit, moment) / n[:, None], size, scalar),
+        error(h, dot(unit, moment) / n, size, scalar),
+    )
     assert len(x) > CASES / 2
     bound(record_property, worst, 5)
 

@@ -189,16 +189,42 @@ PRINTED |= {  # B11, off-diagonal blocks of an inertia [m 1, −m r̃; m r̃, I]
     for kind in ("inertia", "spatial_inertia") for f in ("", "f")
 }  # fmt: skip
 GOOD = {"%.2f": "3.14", "%10.3e": " 3.142e+00", "<%+g>": "<+3.14159>", "%lf": "3.141593", "%5.1f%%": "  3.1%", "%-8gm": "3.14159 m"}
-BAD = ["", "x", "%", "%d", "%s", "%n", "%*f", "%.*f", "%f %f", "%1$f", "%Lf", "%f%n", "%s%f", "%hf", "%1000f", "%.1000f", "%%", "%f%", "%99999999999f", "%llf", "%lLf",
-       "%-", "%l"]
+BAD = [
+    "",
+    "x",
+    "%",
+    "%d",
+    "%s",
+    "%n",
+    "%*f",
+    "%.*f",
+    "%f %f",
+    "%1$f",
+    "%Lf",
+    "%f%n",
+    "%s%f",
+    "%hf",
+    "%1000f",
+    "%.1000f",
+    "%%",
+    "%f%",
+    "%99999999999f",
+    "%llf",
+    "%lLf",
+    "%-",
+    "%l",
+]
 for how, write in (("by the setter", 'ksl_print_setRealFormat("{}", o);'), ("directly", 'strcpy(o->real_fmt, "{}");')):
     PRINTED[f"B16 formats of numbers that are set {how}"] = (
         "double x[1] = {3.14159265};" + "".join(write.format(f) + 'ksl_array_print(stdout, 1, x, "", o);\n' for f in (*GOOD, *BAD)),
         "".join(f"[{text}]\n" for text in [*GOOD.values(), *["3.14159"] * len(BAD)]))  # fmt: skip
 INTEGERS = {"%04d": "0007", "%+i": "+7", "%f": "7", "%s": "7", "%n": "7", "%*d": "7", "%d%d": "7", "%ld": "7", "": "7"}
 PRINTED["B16 formats of integers"] = (
-    "int x[1] = {7};" + "".join(f'strcpy(o->int_fmt, "{f}"); ksl_arrayi_print(stdout, 1, x, "", o);' for f in INTEGERS), "".join(f"{text}\n" for text in INTEGERS.values()))
-PRINTED["B16 long texts are cut: 100-byte fields hold 99 bytes, and nothing beyond is written or read"] = ("""
+    "int x[1] = {7};" + "".join(f'strcpy(o->int_fmt, "{f}"); ksl_arrayi_print(stdout, 1, x, "", o);' for f in INTEGERS),
+    "".join(f"{text}\n" for text in INTEGERS.values()),
+)
+PRINTED["B16 long texts are cut: 100-byte fields hold 99 bytes, and nothing beyond is written or read"] = (
+    """
       char text[1001]; memset(text, 'x', 1000); text[1000] = 0;
       ksl_print_setDelimiter(text, o); ksl_print_setRealFormat(text, o); ksl_print_setBoolean(text, text, o);
       ksl_print_setInnerBrackets(text, text, o); ksl_print_setOuterBrackets(text, text, o);
@@ -219,7 +245,9 @@ PRINTED["B16 long texts are cut: 100-byte fields hold 99 bytes, and nothing beyo
       ksl_print_setRealFormat(NULL, o);
       ksl_array_print(stdout, 1, a, text, full);
       free(full);
-    """, "".join(f"{x * 99}1{x * 99}2{x * 99}\n" for x in "xy"))
+    """,
+    "".join(f"{x * 99}1{x * 99}2{x * 99}\n" for x in "xy"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -228,7 +256,9 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("print")
     functions = "".join(f"static int f{k}(void) {{\n{DATA}\n{body}\nfree(o); return 0; }}\n" for k, (body, _) in enumerate(PRINTED.values()))
     cases = "".join(f"  case {k}: return f{k}();\n" for k in range(len(PRINTED)))
-    (folder / "main.c").write_text(f"#include <ksl/ksl.h>\n#include <string.h>\n{functions}int main(int n, char **a) {{ switch (atoi(a[n - 1])) {{\n{cases}  }}\n  return 99; }}\n")
+    (folder / "main.c").write_text(
+        f"#include <ksl/ksl.h>\n#include <string.h>\n{functions}int main(int n, char **a) {{ switch (atoi(a[n - 1])) {{\n{cases}  }}\n  return 99; }}\n"
+    )
     subprocess.run([*COMPILER, *FLAGS, "-Wconversion", "-c", ROOT / "src" / "print.c", "-o", folder / "print.o"], check=True)
     subprocess.run([*COMPILER, *FLAGS, folder / "main.c", folder / "print.o", "-o", folder / "main", "-lm"], check=True)
 
@@ -256,8 +286,9 @@ def test_debug_is_nothing_without_assertions(tmp_path):
 
 
 def test_every_macro_exists():
-    text = subprocess.run(["gcc", "-E", "-dM", f"-I{INCLUDE}", "-x", "c", "-include", "ksl/print.h", "/dev/null"], check=True, capture_output=True,
-                          text=True).stdout
+    text = subprocess.run(
+        ["gcc", "-E", "-dM", f"-I{INCLUDE}", "-x", "c", "-include", "ksl/print.h", "/dev/null"], check=True, capture_output=True, text=True
+    ).stdout
     for f in published():
         if f.header == "print.h" and f.name.endswith("_printWithOptions"):
             for verb in ("print", "debug"):
@@ -278,5 +309,7 @@ int main() {
   ksl_vec3_debug(stdout, &v, "v", o);
 }
 """)
-    subprocess.run([compiler, "-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", f"-I{INCLUDE}", "-fsyntax-only",
-                    tmp_path / "main.cpp"], check=True)
+    subprocess.run(
+        [compiler, "-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", f"-I{INCLUDE}", "-fsyntax-only", tmp_path / "main.cpp"],
+        check=True,
+    )

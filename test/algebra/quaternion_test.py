@@ -127,8 +127,8 @@ def test_exp(ksl, f, scalar, record_property):
     w = random.normal(size=(3 * N, 3))
     w /= np.linalg.norm(w, axis=1)[:, None]
     w[:N] *= 10.0 ** random.uniform(-40 if scalar == "double" else -20, 0, (N, 1))
-    w[N:2 * N] *= random.uniform(0, np.pi, (N, 1))
-    w[2 * N:] *= random.uniform(np.pi, 50, (N, 1))
+    w[N : 2 * N] *= random.uniform(0, np.pi, (N, 1))
+    w[2 * N :] *= random.uniform(np.pi, 50, (N, 1))
     w = np.concatenate([w, np.zeros((1, 3))]).astype(DTYPE[scalar])
     theta = ref.sqrt(dot(mp(w), mp(w)))
     safe = np.where(theta == 0, ref.ONE, theta)
@@ -262,12 +262,13 @@ def test_rates_are_those_of_the_rotation(ksl, f, scalar):
     w = random.normal(size=(N, 3)).astype(DTYPE[scalar])
     (dq,) = ksl.outputs(f"ksl_omega_to_dquaternion{f}", w, q, np.zeros((N, 4)))
     assert abs(dq - (hamilton(pure(mp(w)), mp(q)) / 2).astype(float)).max() <= 16 * UNIT[scalar]
-    long = (q * DTYPE[scalar](1.1))
+    long = q * DTYPE[scalar](1.1)
     (dq,) = ksl.outputs(f"ksl_omega_to_dquaternion{f}", 0 * w, long, np.zeros((N, 4)))
     assert (dot(mp(dq), mp(long)).astype(float) < -0.2).all()
 
 
 # errata of the published library
+
 
 @F
 def test_B3_product_of_two_conjugates(ksl, f, scalar):
@@ -319,9 +320,26 @@ def test_B6_slerp_of_antipodal_quaternions_stays(ksl, f, scalar):
 
 def test_B7_every_published_spelling_exists(ksl):
     names = ["ksl_quaternion_product_" + n for n in ("qq", "qconjq", "qqconj", "qconjqconj", "qv", "qconjv", "vq", "vqconj", "uqinverseq")]
-    names += [f"ksl_product_{n}{f}" for n in ("qq", "qconjq", "qqconj", "qconjqconj", "qv", "qconjv", "vq", "vqconj", "qxq", "ainvv") for f in ("", "f") if n + f != "qxqf"]
-    names += ["ksl_quaternion_slerp", "ksl_slerp", "ksl_slerpf", "ksl_quaternionf_slerp", "ksl_quaternion_squad", "ksl_squadf", "ksl_quaternion_nlerp",
-              "ksl_nlerpf", "ksl_quaternionf_nlerp", "ksl_add_dpiToq", "kls_add_dpiToq", "ksl_mat3x3_pca"]
+    names += [
+        f"ksl_product_{n}{f}"
+        for n in ("qq", "qconjq", "qqconj", "qconjqconj", "qv", "qconjv", "vq", "vqconj", "qxq", "ainvv")
+        for f in ("", "f")
+        if n + f != "qxqf"
+    ]
+    names += [
+        "ksl_quaternion_slerp",
+        "ksl_slerp",
+        "ksl_slerpf",
+        "ksl_quaternionf_slerp",
+        "ksl_quaternion_squad",
+        "ksl_squadf",
+        "ksl_quaternion_nlerp",
+        "ksl_nlerpf",
+        "ksl_quaternionf_nlerp",
+        "ksl_add_dpiToq",
+        "kls_add_dpiToq",
+        "ksl_mat3x3_pca",
+    ]
     assert set(names) <= {p.name for p in published()}
     for name in names:
         assert hasattr(ksl.dll, name)

@@ -19,8 +19,14 @@ def ulp(x, scalar):
 
 
 def angles(random, scalar, turn):
-    x = np.concatenate([random.uniform(-3 * turn, 3 * turn, N), random.choice([-1, 1], N) * 10.0 ** random.uniform(-30, 7, N),
-                        turn * np.arange(-50, 51), [0.0, -0.0, -1e-17, 1e-17, np.nextafter(turn, 0), turn]])
+    x = np.concatenate(
+        [
+            random.uniform(-3 * turn, 3 * turn, N),
+            random.choice([-1, 1], N) * 10.0 ** random.uniform(-30, 7, N),
+            turn * np.arange(-50, 51),
+            [0.0, -0.0, -1e-17, 1e-17, np.nextafter(turn, 0), turn],
+        ]
+    )
     return x.astype(DTYPE[scalar])
 
 
@@ -64,7 +70,9 @@ def test_B14_tiny_negative_angles_stay_in_the_range(ksl, f, scalar):
 def test_nearest_angle(ksl, f, scalar, name, turn, record_property):
     random = np.random.default_rng(2)
     x, y = random.normal(size=(2, N)).astype(DTYPE[scalar])
-    theta = np.concatenate([random.uniform(-10, 10, N // 2), random.choice([-1, 1], N - N // 2) * 10.0 ** random.uniform(-5, 5, N - N // 2)]).astype(DTYPE[scalar])
+    theta = np.concatenate([random.uniform(-10, 10, N // 2), random.choice([-1, 1], N - N // 2) * 10.0 ** random.uniform(-5, 5, N - N // 2)]).astype(
+        DTYPE[scalar]
+    )
     got, _ = ksl(f"{name}{f}", y, x, theta)
     assert np.array_equal(got, ksl(f"ksl_{name}{f}", y, x, theta)[0])
     a = atan2(mp(y), mp(x))

@@ -124,7 +124,10 @@ def test_the_hash_of_a_file_that_is_refused_is_given_up(tmp_path, monkeypatch):
     assert files_read.sha256_of(files_read.state_of(str(path)), stop) is None
 
 
-CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)) + "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n"
+CUBE = (
+    "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+    + "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\nf 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n"
+)
 
 
 def test_mjcf_is_hashed_with_what_it_includes_and_with_meshes(tmp_path):
@@ -147,14 +150,24 @@ def test_mjcf_is_hashed_with_what_it_includes_and_with_meshes(tmp_path):
     assert second.link("b").mass == pytest.approx(first.link("b").mass - 18) and set(first.inputs) ^ set(second.inputs)
     (tmp_path / "meshes/cube.obj").write_text(CUBE.replace("v 1", "v 2"))
     assert ksl.load(main).link("b").mass == pytest.approx(second.link("b").mass + 1) and set(ksl.load(main).inputs) ^ set(second.inputs)
-    assert ksl.load_string(main.read_text().replace("arm.xml", str(tmp_path / "arm.xml")).replace('meshdir="meshes"', f'meshdir="{tmp_path / "meshes"}"')).inputs
+    assert ksl.load_string(
+        main.read_text().replace("arm.xml", str(tmp_path / "arm.xml")).replace('meshdir="meshes"', f'meshdir="{tmp_path / "meshes"}"')
+    ).inputs
 
 
 def test_models_from_models_keep_the_files(ur5, examples, tmp_path):
     gripper = tmp_path / "gripper.urdf"
-    gripper.write_text('<robot name="g"><link name="palm"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+    gripper.write_text(
+        '<robot name="g"><link name="palm"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
     one = ur5.inputs
-    for made in (ur5.with_payload("tool0", 1), ur5.with_gravity([0, 0, 0]), ur5.with_parameters({"tool0": np.eye(10)[0]}), ur5.with_physics("all"), ur5.subtree("upper_arm_link")):
+    for made in (
+        ur5.with_payload("tool0", 1),
+        ur5.with_gravity([0, 0, 0]),
+        ur5.with_parameters({"tool0": np.eye(10)[0]}),
+        ur5.with_physics("all"),
+        ur5.subtree("upper_arm_link"),
+    ):
         assert made.inputs == one
     assert ur5.merged(ksl.load(gripper), "tool0", prefix="g_").inputs == (*one, ksl.load(gripper).inputs[0])
 

@@ -93,7 +93,9 @@ def test_a_file_that_fails_while_it_is_hashed(tmp_path, monkeypatch):
     m, file = ksl.load(UR5), tmp_path / "m.csv"
     csv(file, ["time", *m.joint_names])
     real = open
-    monkeypatch.setattr("builtins.open", lambda name, *how, **more: io.BufferedReader(Failing(name, 0)) if name == str(file) and how == ("rb",) else real(name, *how, **more))
+    monkeypatch.setattr(
+        "builtins.open", lambda name, *how, **more: io.BufferedReader(Failing(name, 0)) if name == str(file) and how == ("rb",) else real(name, *how, **more)
+    )
     with files_read.recorded(), pytest.raises(ksl.MotionError, match=r"m.csv: can't be read \(Input/output error\); copy it"):
         ksl.read_motion(m, file)
 

@@ -27,7 +27,10 @@ def test_questions_are_answered_and_the_last_word_is_the_result():
     assert own_process.run(program, {"b": 2}, lambda question: 40 if question["ask"] == "x" else 0) == {"got": 42, "printed": "a library says"}
 
 
-@pytest.mark.parametrize(("program", "why"), [("sys.exit(3)", "it ended with status 3"), ("os.kill(os.getpid(), 9)", "memory ran out"), ("os.kill(os.getpid(), 11)", "it crashed (signal 11, SIGSEGV)")])
+@pytest.mark.parametrize(
+    ("program", "why"),
+    [("sys.exit(3)", "it ended with status 3"), ("os.kill(os.getpid(), 9)", "memory ran out"), ("os.kill(os.getpid(), 11)", "it crashed (signal 11, SIGSEGV)")],
+)
 def test_why_a_process_ended_without_an_answer(program, why):
     with pytest.raises(own_process.Ended) as e:
         own_process.run(program, {})

@@ -33,30 +33,12 @@ def file(tmp_path):
 
 def test_findings_in_python(check):
     findings = check(TWO)
-    assert (
-        isinstance(findings, ksl.Findings)
-        and len(findings) == 2
-        and findings.status == 2
-        and findings.summary == "1 error, 1 warning"
-    )
+    assert isinstance(findings, ksl.Findings) and len(findings) == 2 and findings.status == 2 and findings.summary == "1 error, 1 warning"
     error, warning = findings
-    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == (
-        "axis-zero",
-        "error",
-        36 - 3,
-        "joint",
-        "elbow",
-        0,
-    )
-    assert (warning.rule, warning.name, warning.place) == (
-        "effort-zero",
-        "shoulder",
-        f"{findings.file}:27: joint shoulder",
-    )
+    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == ("axis-zero", "error", 36 - 3, "joint", "elbow", 0)
+    assert (warning.rule, warning.name, warning.place) == ("effort-zero", "shoulder", f"{findings.file}:27: joint shoulder")
     assert findings.errors == [error] and findings.warnings == [warning]
-    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(
-        findings
-    )
+    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(findings)
     assert findings[:1] == [error] and error in findings
 
 
@@ -89,13 +71,7 @@ def test_ignored_rules(check):
 def test_rules_are_declared_in_full():
     assert sum(len(rules) for rules in TOPICS.values()) == len(RULES)
     for name, rule in RULES.items():
-        assert (
-            name == name.lower()
-            and rule.condition.endswith(".")
-            and rule.cause.endswith(".")
-            and rule.repair.endswith(".")
-            and rule.severity in STATUS
-        )
+        assert name == name.lower() and rule.condition.endswith(".") and rule.cause.endswith(".") and rule.repair.endswith(".") and rule.severity in STATUS
 
 
 def test_exit_status(file):
@@ -124,9 +100,7 @@ def test_json(file):
     assert done.returncode == value["status"] == 2 and value["errors"] == 1 and value["ignored"] == ["effort-zero"]
     (finding,) = value["findings"]
     assert (
-        finding["rule"] == "axis-zero"
-        and finding["line"] == 33
-        and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
+        finding["rule"] == "axis-zero" and finding["line"] == 33 and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
     )
 
 
@@ -135,9 +109,7 @@ def test_fix_on_the_command_line(file, tmp_path):
     out = tmp_path / "new" / "out.urdf"
     out.parent.mkdir()
     done = run(path, "--fix", out)
-    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(
-        done.stdout.split()
-    )
+    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(done.stdout.split())
     assert "Left for you to decide:" in done.stdout and "effort-zero" in done.stdout
     again = run(path, "--fix", out)
     assert again.returncode == 2 and "--force" in again.stderr and again.stdout == ""
@@ -167,11 +139,7 @@ def test_sdf_with_lines(check):
 <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>
 <limit><lower>2</lower><upper>1</upper><effort>-1</effort></limit></axis></joint></model></sdf>"""
     findings = check(text, "robot.sdf")
-    assert {(f.rule, f.line) for f in findings} == {
-        ("inertia-triangle", 2),
-        ("mass-negative", 3),
-        ("limit-reversed", 5),
-    }
+    assert {(f.rule, f.line) for f in findings} == {("inertia-triangle", 2), ("mass-negative", 3), ("limit-reversed", 5)}
     assert findings.not_checked and not any(f.fixable for f in findings)
 
 
@@ -207,7 +175,17 @@ def test_nothing_of_sdf_is_repaired(check, tmp_path):
         turn("j_o", "k", more=follow("J_F")),
     ]  # fmt: skip
     findings = check(f'<sdf version="1.11"><model name="m">{"".join(links)}{"".join(joints)}</model></sdf>', "robot.sdf")
-    repaired = {"inertia-not-positive", "inertia-triangle", "centroid-outside", "mass-units", "inertia-units", "inertia-about-origin", "mesh-missing", "mesh-uri", "mesh-units"}
+    repaired = {
+        "inertia-not-positive",
+        "inertia-triangle",
+        "centroid-outside",
+        "mass-units",
+        "inertia-units",
+        "inertia-about-origin",
+        "mesh-missing",
+        "mesh-uri",
+        "mesh-units",
+    }
     repaired |= {"limit-reversed", "limit-units", "axis-not-unit", "limit-negative", "link-undefined", "mimic-unknown", "mimic-chain"}
     assert repaired <= set(findings.rules), repaired - set(findings.rules)
     assert not any(f.fixable or f.acceptable for f in findings)
@@ -234,9 +212,7 @@ def test_nothing_that_is_found_depends_on_pose_or_order(check):
 def test_work_is_linear_in_links(tmp_path):
     def check(n: int) -> int:
         path = tmp_path / f"{n}.urdf"
-        chain = "".join(
-            link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n))
-        )
+        chain = "".join(link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n)))
         path.write_text(more(chain))
         found = []
         done = work(lambda: found.extend(ksl.check(path)))
@@ -248,14 +224,10 @@ def test_work_is_linear_in_links(tmp_path):
 
 def test_names_in_the_way_of_patterns(check):
     """Names with regular expressions, markup and quotes."""
-    assert check(
-        more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))
-    ).rules == {"dynamics-negative": 1}
+    assert check(more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))).rules == {"dynamics-negative": 1}
 
 
-@pytest.mark.parametrize(
-    "centroid, cause", [("0 0 -0.2", "The sign of z"), ("0 0 200", "millimetres"), ("0 0 0.8", "in other axes")]
-)
+@pytest.mark.parametrize("centroid, cause", [("0 0 -0.2", "The sign of z"), ("0 0 200", "millimetres"), ("0 0 0.8", "in other axes")])
 def test_causes_of_a_centroid_outside(check, centroid, cause):
     (finding,) = check(changed(('<origin xyz="0 0 0.2"/>\n      <mass', f'<origin xyz="{centroid}"/>\n      <mass')))
     assert finding.rule == "centroid-outside" and cause in finding.cause

@@ -72,18 +72,7 @@ def test_values_changed_at_random(check):
     import re
 
     rng = random.Random(11)
-    values = re.findall(r'"[^"]*"', ARM) + [
-        '""',
-        '"nan"',
-        '"-inf"',
-        '"1e999"',
-        '"0x10"',
-        '"1_0"',
-        '"٣"',
-        '"' + "9" * 400 + '"',
-        '"${x}"',
-        '"a b c"',
-    ]
+    values = re.findall(r'"[^"]*"', ARM) + ['""', '"nan"', '"-inf"', '"1e999"', '"0x10"', '"1_0"', '"٣"', '"' + "9" * 400 + '"', '"${x}"', '"a b c"']
     places = [m.span() for m in re.finditer(r'"[^"]*"', ARM)][2:]
     for _ in range(120):
         a, b = places[rng.randrange(len(places))]
@@ -92,9 +81,9 @@ def test_values_changed_at_random(check):
 
 def test_entities_are_not_read(check, tmp_path):
     (tmp_path / "secret.txt").write_text("s3cret")
-    text = f'<!DOCTYPE robot [<!ENTITY x SYSTEM "file://{tmp_path}/secret.txt"><!ENTITY y "yy">]>\n' + ARM.split("?>")[
-        1
-    ].replace("</robot>", "<note>&x;&y;</note></robot>")
+    text = f'<!DOCTYPE robot [<!ENTITY x SYSTEM "file://{tmp_path}/secret.txt"><!ENTITY y "yy">]>\n' + ARM.split("?>")[1].replace(
+        "</robot>", "<note>&x;&y;</note></robot>"
+    )
     findings = check(text)
     assert "s3cret" not in repr(findings) + str(findings.as_dict())
 
@@ -125,9 +114,7 @@ def test_the_command_says_one_sentence(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_bytes(b"\x00\x01\x02")
     done = run_ksl("check", path)
-    assert (
-        done.returncode == 2 and done.stdout == "" and done.stderr.startswith("ksl: ") and done.stderr.count("\n") == 1
-    )
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("ksl: ") and done.stderr.count("\n") == 1
 
 
 def chain_of_followers(count: int) -> str:

@@ -9,11 +9,26 @@ def hinge(name: str, parent: str, child: str, xyz: str = "0 0 0", axis: str = "0
     return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>{turns}</joint>'
 
 
-def spatial(*more: str, ball: str = "0 0.3 0", crank: str = "0 0.1 0", rod: str = "0.1 0.2 0.4", cross: str = "continuous", motors: str = MOTOR, axes: tuple[str, str] = ("0 1 0", "1 0 0")) -> str:
+def spatial(
+    *more: str,
+    ball: str = "0 0.3 0",
+    crank: str = "0 0.1 0",
+    rod: str = "0.1 0.2 0.4",
+    cross: str = "continuous",
+    motors: str = MOTOR,
+    axes: tuple[str, str] = ("0 1 0", "1 0 0"),
+) -> str:
     """Crank, rod and rocker: four hinges A, B, C and E, and a ball D, 7 freedoms, of which the loop takes 6.  It is closed at zero."""
     links = "".join(f'<link name="{name}">{INERTIA}</link>' for name in ("crank", "cross", "rod", "rocker"))
-    hinges = hinge("A", "ground", "crank") + hinge("B", "crank", "cross", crank, axes[0]) + hinge("C", "cross", "rod", axis=axes[1], kind=cross) + hinge("E", "ground", "rocker", "0.1 0 0.4")
-    loop = f'<constraint name="D" type="spherical"><parent link="rod"/><parent_origin xyz="{rod}"/><child link="rocker"/><child_origin xyz="{ball}"/></constraint>'
+    hinges = (
+        hinge("A", "ground", "crank")
+        + hinge("B", "crank", "cross", crank, axes[0])
+        + hinge("C", "cross", "rod", axis=axes[1], kind=cross)
+        + hinge("E", "ground", "rocker", "0.1 0 0.4")
+    )
+    loop = (
+        f'<constraint name="D" type="spherical"><parent link="rod"/><parent_origin xyz="{rod}"/><child link="rocker"/><child_origin xyz="{ball}"/></constraint>'
+    )
     return f'<robot name="spatial"><link name="ground"/>{links}\n{hinges}\n{loop}\n{motors}{"".join(more)}</robot>'
 
 
@@ -28,10 +43,16 @@ def planar(rpy: str = "0 0 0", rod: str = "0.5 0 0", kind: str = "continuous") -
 FLAT = {"crank": "0.2 0 0", "rod": "0.1 0 0.4", "ball": "0.2 0 0", "axes": ("0 0 1", "0 1 0")}
 """Crank and rocker of equal length in one plane with the rod, whose first hinge is parallel to theirs."""
 
-IDLE = spatial(f'<link name="tip">{INERTIA}</link>', hinge("F", "rod", "tip")).replace('<parent link="rod"/><parent_origin', '<parent link="tip"/><parent_origin')
+IDLE = spatial(f'<link name="tip">{INERTIA}</link>', hinge("F", "rod", "tip")).replace(
+    '<parent link="rod"/><parent_origin', '<parent link="tip"/><parent_origin'
+)
 """With a hinge more before the ball, about which the tip turns by itself."""
 
-WIDE = spatial().replace('"E" type="continuous"', '"E" type="revolute"').replace('<origin xyz="0.1 0 0.4"/>', '<origin xyz="0.1 0 0.4"/><limit lower="-2" upper="0.05" effort="9" velocity="9"/>')
+WIDE = (
+    spatial()
+    .replace('"E" type="continuous"', '"E" type="revolute"')
+    .replace('<origin xyz="0.1 0 0.4"/>', '<origin xyz="0.1 0 0.4"/><limit lower="-2" upper="0.05" effort="9" velocity="9"/>')
+)
 """The rocker's limit is beyond where the crank moves it."""
 
 CASES = {
@@ -52,13 +73,19 @@ def _bodies(ball: str, crank: str, rod: str, cross: str, axes: tuple[str, str], 
     """(joint, kind, parent, child, place, axis) of the tree of `spatial`, or of `planar`, and the link that the loop joint begins at."""
     bodies = [("A", "hinge", "ground", "crank", "0 0 0", "0 0 1")]
     if kind == "spatial":
-        bodies += [("B", "hinge", "crank", "cross", crank, axes[0]), ("C", cross, "cross", "rod", "0 0 0", axes[1]), ("E", "hinge", "ground", "rocker", "0.1 0 0.4", "0 0 1")]
+        bodies += [
+            ("B", "hinge", "crank", "cross", crank, axes[0]),
+            ("C", cross, "cross", "rod", "0 0 0", axes[1]),
+            ("E", "hinge", "ground", "rocker", "0.1 0 0.4", "0 0 1"),
+        ]
     else:
         bodies += [("B", "hinge", "crank", "rod", crank, "0 0 1"), ("E", "hinge", "ground", "rocker", "0.5 0 0", "0 0 1")]
     return bodies + ([("F", "hinge", "rod", "tip", "0 0 0", "0 0 1")] if tip else []), "tip" if tip else "rod"
 
 
-def in_sdf(ball: str = "0 0.3 0", crank: str = "0 0.1 0", cross: str = "hinge", axes: tuple[str, str] = ("0 1 0", "1 0 0"), tip: bool = False, kind: str = "spatial") -> str:
+def in_sdf(
+    ball: str = "0 0.3 0", crank: str = "0 0.1 0", cross: str = "hinge", axes: tuple[str, str] = ("0 1 0", "1 0 0"), tip: bool = False, kind: str = "spatial"
+) -> str:
     """`spatial` or `planar` in SDF, where links have their places in the model, so that the loop is closed there."""
     bodies, begins = _bodies(ball, crank, "", cross, axes, tip, kind)
     at = {"ground": "0 0 0"}
@@ -105,7 +132,15 @@ IN_SDF = {
     "loop-rigid": (in_sdf(cross="fixed"), None),
     "loop-drives": (in_sdf(tip=True), ["A"]),
     "loop-drives-unknown": (in_sdf(), None),
-    "loop-limits": (in_sdf().replace('"E" type="continuous"', '"E" type="revolute"').replace("</child><axis><xyz>0 0 1</xyz></axis></joint>\n<joint name=\"D\"", "</child><axis><xyz>0 0 1</xyz><limit><lower>-2</lower><upper>0.05</upper></limit></axis></joint>\n<joint name=\"D\""), ["A"]),
+    "loop-limits": (
+        in_sdf()
+        .replace('"E" type="continuous"', '"E" type="revolute"')
+        .replace(
+            '</child><axis><xyz>0 0 1</xyz></axis></joint>\n<joint name="D"',
+            '</child><axis><xyz>0 0 1</xyz><limit><lower>-2</lower><upper>0.05</upper></limit></axis></joint>\n<joint name="D"',
+        ),
+        ["A"],
+    ),
 }
 """{rule: (a file that it alone finds fault with, drives)}.  In SDF, loops are closed where the links are placed, with axes that agree."""
 IN_MJCF = {

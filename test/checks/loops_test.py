@@ -39,7 +39,9 @@ def four_bar(kinds, drives=("A",)):
     b.add_joint("B", parent="crank", child="rod", xyz=(0, 0.2, 0), **axes("B"))
     b.add_joint("E", parent="ground", child="rocker", xyz=(0.5, 0, 0), **axes("E"))
     at = [np.block([[np.eye(3), np.array([p]).T], [np.array([[0, 0, 0, 1.0]])]]) for p in ((0.5, 0, 0), (0, 0.2, 0))]
-    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(masses="optional", drives=drives)
+    return b.add_loop("D", predecessor="rod", successor="rocker", predecessor_pose=at[0], successor_pose=at[1], **axes("D")).build(
+        masses="optional", drives=drives
+    )
 
 
 def test_the_mechanism_that_is_rebuilt_as_advised_has_no_redundant_constraints_and_moves_as_before():
@@ -97,7 +99,9 @@ def test_what_a_change_to_a_universal_joint_removes():
 def test_redundant_constraints_are_named_with_their_loop_and_the_change(check):
     finding = only(check(planar()), "loop-redundant")
     assert finding.name == "D" and finding.value == 3 and finding.severity == "note"
-    assert "3 of its 5 equations follow from the others; not determined are force along the axis, moment across the axis; of A, B and E some, too" in finding.found
+    assert (
+        "3 of its 5 equations follow from the others; not determined are force along the axis, moment across the axis; of A, B and E some, too" in finding.found
+    )
     assert "Make D spherical (2 fewer) and B cylindrical (1 fewer): the mechanism moves as before, and nothing is redundant then." in finding.repair
 
 
@@ -116,7 +120,9 @@ def test_a_planar_linkage_is_normal_practice(check):
 
 def test_loops_that_share_joints_are_one_finding(check):
     """A second rocker on the same rod, at a point that has no crank of that length."""
-    second = f'<link name="more">{INERTIA}</link><link name="end">{INERTIA}</link>' + hinge("G", "rod", "more", "0.2 0 0") + hinge("I", "ground", "end", "0.9 0.1 0")
+    second = (
+        f'<link name="more">{INERTIA}</link><link name="end">{INERTIA}</link>' + hinge("G", "rod", "more", "0.2 0 0") + hinge("I", "ground", "end", "0.9 0.1 0")
+    )
     pin = '<constraint name="H" type="continuous"><parent link="more"/><parent_origin xyz="0.4 0.1 0"/><child link="end"/><child_origin xyz="-0.3 0.2 0"/><parent_axis xyz="0 0 1"/></constraint>'
     finding = only(check(planar().replace("</robot>", second + pin + "</robot>")), "loop-redundant")
     assert finding.name == "D" and finding.value == 6 and finding.severity == "note"
@@ -188,7 +194,11 @@ def test_drives(check):
 
 def test_distances_have_the_unit_of_the_number_that_is_meant(check):
     """Of a ball joint rad, though its orientation has four numbers."""
-    ball = spatial(rod="-0.1 0.2 0.4").replace('<joint name="B" type="continuous">', '<joint name="B" type="spherical">').replace('<joint name="C" type="continuous">', '<joint name="C" type="fixed">')
+    ball = (
+        spatial(rod="-0.1 0.2 0.4")
+        .replace('<joint name="B" type="continuous">', '<joint name="B" type="spherical">')
+        .replace('<joint name="C" type="continuous">', '<joint name="C" type="fixed">')
+    )
     found = next(f.found for f in check(ball) if f.rule == "loop-open-at-zero")
     assert found.endswith(" has B 0.313 rad from there"), found
 
@@ -202,7 +212,11 @@ def test_motions_keep_the_loops_closed(text):
     for angle in (0.3, 2.0):
         q = m.close(np.array([angle, -angle, 0.3]), hold=["A"]).q
         basis = found.motions(q)
-        assert basis.shape == (3, 1) and basis.T @ basis == pytest.approx(np.eye(1)) and m.loop_jacobian(q) @ (lengths[:, None] * basis) == pytest.approx(0, abs=1e-9)
+        assert (
+            basis.shape == (3, 1)
+            and basis.T @ basis == pytest.approx(np.eye(1))
+            and m.loop_jacobian(q) @ (lengths[:, None] * basis) == pytest.approx(0, abs=1e-9)
+        )
 
 
 def test_turns_of_joints_are_none():

@@ -95,7 +95,9 @@ def test_places_and_shapes_of_both_formats(tmp_path, kind, how):
         assert (link.inertial.mass, shape.name, shape.role, shape.uri) == (3, "c", "collision", "a.stl" if mesh else "")
         for rotation, place in ((link.inertial.rotation, link.inertial.centroid), (shape.rotation, shape.translation)):
             assert rotation == pytest.approx(TURNED.as_matrix(), abs=1e-12) and place == pytest.approx([1, 2, 3])
-        assert link.inertial.moments == pytest.approx(matrix) and link.inertial.in_link_axes == pytest.approx(TURNED.as_matrix() @ matrix @ TURNED.as_matrix().T)
+        assert link.inertial.moments == pytest.approx(matrix) and link.inertial.in_link_axes == pytest.approx(
+            TURNED.as_matrix() @ matrix @ TURNED.as_matrix().T
+        )
         assert link.inertial.rounding == pytest.approx(0.015)
 
 
@@ -111,7 +113,15 @@ def test_joints_of_both_formats(tmp_path):
     }
     for name, text in texts.items():
         for whole in (True, False):
-            (tmp_path / name).write_text(text if whole else re.sub(r' (multiplier|offset)="[^"]*"|<(multiplier|offset)>[^<]*</(multiplier|offset)>|<limit.*?(/>|</limit>)|<dynamics.*?(/>|</dynamics>)', "", text))
+            (tmp_path / name).write_text(
+                text
+                if whole
+                else re.sub(
+                    r' (multiplier|offset)="[^"]*"|<(multiplier|offset)>[^<]*</(multiplier|offset)>|<limit.*?(/>|</limit>)|<dynamics.*?(/>|</dynamics>)',
+                    "",
+                    text,
+                )
+            )
             j, k = (seen(tmp_path / name).joint_of[n] for n in "jk")
             assert (j.parent, j.child, j.axis.tolist(), j.line, k.line) == ("a", "b", [0, 3, 4], 2, 3)
             assert (j.lower, j.upper, j.effort, j.velocity, j.damping, j.friction) == ((-1, 2, 5, 3, 0.5, 0.25) if whole else (None,) * 6), name
@@ -135,9 +145,7 @@ def test_what_is_a_number_is_what_the_loader_reads(check, tmp_path, text):
     assert ("number-unreadable" in findings.rules) != loaded
 
 
-@pytest.mark.parametrize(
-    "text, half", [("0.12", 0.005), ("3", 0.5), ("1.20e-3", 5e-6), ("-4.5", 0.05), ("x", 0.5), ("1e400", 0.0)]
-)
+@pytest.mark.parametrize("text, half", [("0.12", 0.005), ("3", 0.5), ("1.20e-3", 5e-6), ("-4.5", 0.05), ("x", 0.5), ("1e400", 0.0)])
 def test_what_rounding_may_have_changed(text, half):
     assert half_unit(text) == pytest.approx(half)
 

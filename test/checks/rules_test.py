@@ -149,7 +149,10 @@ CASES = {
     "shape-size": (changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0 0.4"/>')), changed(('<box size="0.1 0.1 0.4"/>', '<box size="0.1 0.1 0.4"/>'))),
     "inertia-axis": (more(*wheel('ixx="0.0026" iyy="0.0026" izz="0.0050"')), more(*wheel('ixx="0.0026" iyy="0.0050" izz="0.0026"'))),
     "symmetry-mass": (limbs(1.0, 1.2), limbs(1.0, 1.04)),
-    "transmission-unused": (more('<transmission name="t"><joint name="elbw"/></transmission>'), more('<transmission name="t"><joint name="elbow"/></transmission>')),
+    "transmission-unused": (
+        more('<transmission name="t"><joint name="elbw"/></transmission>'),
+        more('<transmission name="t"><joint name="elbow"/></transmission>'),
+    ),
 } | LOOPS
 
 SDF = """<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>1</mass>
@@ -221,8 +224,29 @@ def test_a_finding_names_the_element_in_whose_lines_it_is(check, rule):
             assert 0 < finding.line <= text.count("\n") + 1
 
 
-ZERO = ("inertia-without-mass", "inertia-zero", "massless-end", "mass-missing", "axis-zero", "limit-zero", "effort-zero", "velocity-zero", "no-link", "loop-rigid")
-ONE = ("xacro-unexpanded", "unknown-attribute", "inertia-placeholder", "root-inertial", "mimic-fixed", "mesh-uri", "loop-singular", "loop-drives", "loop-drives-unknown")
+ZERO = (
+    "inertia-without-mass",
+    "inertia-zero",
+    "massless-end",
+    "mass-missing",
+    "axis-zero",
+    "limit-zero",
+    "effort-zero",
+    "velocity-zero",
+    "no-link",
+    "loop-rigid",
+)
+ONE = (
+    "xacro-unexpanded",
+    "unknown-attribute",
+    "inertia-placeholder",
+    "root-inertial",
+    "mimic-fixed",
+    "mesh-uri",
+    "loop-singular",
+    "loop-drives",
+    "loop-drives-unknown",
+)
 DIAGONAL = math.sqrt(0.1**2 + 0.1**2 + 0.4**2)
 VALUES = dict.fromkeys(ZERO, 0.0) | dict.fromkeys(ONE, 1.0) | {
     "mass-negative": -1, "inertia-not-positive": 0.00835 - math.hypot(0.00005, 0.009), "inertia-triangle": 0.0110 - 0.0083 - 0.0017, "centroid-outside": 0.8 - 0.4 - DIAGONAL / 4,
@@ -288,7 +312,9 @@ def test_prefixes_that_are_found(check, length, found):
 def test_what_is_too_long_is_cut():
     for length in (200, 600):
         assert clipped("x" * length, length) == "x" * length and clipped("x" * (length + 1), length) == "x" * length + "…" and clipped("a\n  b") == "a b"
-    broken = list(RULES["axis-zero"].findings(SimpleNamespace(path="f", joints=[SimpleNamespace(kind="revolute", axis=np.zeros(3), axis_line=1, name="n" * 300)])))
+    broken = list(
+        RULES["axis-zero"].findings(SimpleNamespace(path="f", joints=[SimpleNamespace(kind="revolute", axis=np.zeros(3), axis_line=1, name="n" * 300)]))
+    )
     assert broken[0].name == "n" * 200 + "…"
 
 
@@ -312,7 +338,14 @@ def test_long_chains_and_texts_are_shortened(check, count):
     assert finding.found == 'xyz of <axis> is "0 1,5", expected 3 finite numbers; numbers have a decimal point'
 
 
-@pytest.mark.parametrize(("below", "words"), [(0, "no joint carries it; the root"), (1, "no joint carries it, and 1 link that hangs on it; the root"), (2, "no joint carries it, and 2 links that hang on it; the root")])
+@pytest.mark.parametrize(
+    ("below", "words"),
+    [
+        (0, "no joint carries it; the root"),
+        (1, "no joint carries it, and 1 link that hangs on it; the root"),
+        (2, "no joint carries it, and 2 links that hang on it; the root"),
+    ],
+)
 def test_what_hangs_on_a_link_that_nothing_carries(check, below, words):
     chain = [part for k in range(below) for part in (link(f"x{k}"), hinge(f"j{k}", f"x{k - 1}" if k else "lost", f"x{k}"))]
     (finding,) = check(more(link("lost"), *chain))
@@ -347,7 +380,16 @@ def test_moments_of_a_wheel_whose_joint_turns_about_another_axis(check, joint, c
     assert findings.rules.get("inertia-axis", 0) == told and all("turns about z" in f.found for f in findings if f.rule == "inertia-axis")
 
 
-@pytest.mark.parametrize("sign, named", [("\xa0", "U+00A0, no-break space"), ("\u3000", "U+3000, ideographic space"), ("\u2212", "U+2212, minus sign"), ("\uff11", "U+FF11, fullwidth digit one"), ("\u200b", "zero width")])
+@pytest.mark.parametrize(
+    "sign, named",
+    [
+        ("\xa0", "U+00A0, no-break space"),
+        ("\u3000", "U+3000, ideographic space"),
+        ("\u2212", "U+2212, minus sign"),
+        ("\uff11", "U+FF11, fullwidth digit one"),
+        ("\u200b", "zero width"),
+    ],
+)
 def test_characters_that_look_like_blanks_and_digits(check, sign, named):
     for old in ('mass value="1', 'xyz="0 0 0.4', 'upper="2', 'size="0.1'):
         (finding,) = [f for f in check(changed((old, old + sign))) if f.severity == "error"]
@@ -360,7 +402,9 @@ def test_characters_that_look_like_blanks_and_digits(check, sign, named):
 def test_a_file_that_says_another_encoding_is_looked_at(check, tmp_path, says, encoding):
     from ksl.checks.run import fix
 
-    text = changed(('<?xml version="1.0"?>', f'<?xml version="1.0" encoding="{says}"?>'), ("an arm", "Kölner Arm"), ('axis xyz="0 1 0"', 'axis xyz="0 2 0"')).encode(encoding)
+    text = changed(
+        ('<?xml version="1.0"?>', f'<?xml version="1.0" encoding="{says}"?>'), ("an arm", "Kölner Arm"), ('axis xyz="0 1 0"', 'axis xyz="0 2 0"')
+    ).encode(encoding)
     assert set(check(text).rules) == {"xml-encoding", "axis-not-unit"}
     (tmp_path / "a.urdf").write_bytes(text)
     assert not fix(tmp_path / "a.urdf", tmp_path / "b.urdf").left
@@ -417,7 +461,9 @@ def test_sizes_that_no_shape_has(check, role):
     assert "element-repeated" in check(SDF.format(ixx=0.02, more=two)).rules
     assert "shape-size" in check(more(f'<link name="x"><{role}/></link>', hinge("j", "fore", "x", kind="fixed"))).rules
     for shape in ("ellipsoid", "cone", "plane", "heightmap", "x" * 300):  # those that URDF doesn't have ended with a fault in KSL
-        assert "unknown-tag" in check(more(f'<link name="x"><{role}><geometry><{shape}/></geometry></{role}></link>', hinge("j", "fore", "x", kind="fixed"))).rules
+        assert (
+            "unknown-tag" in check(more(f'<link name="x"><{role}><geometry><{shape}/></geometry></{role}></link>', hinge("j", "fore", "x", kind="fixed"))).rules
+        )
     mirrored = f'<link name="x"><{role}><geometry><mesh filename="cube.stl" scale="1 -1 1"/></geometry></{role}></link>'
     assert not check(more(mirrored, hinge("j", "fore", "x", kind="fixed")))
 

@@ -40,9 +40,7 @@ def test_a_tag_that_closes_nothing(check):
 
 
 def test_comments_and_other_parts_are_left_alone():
-    text = ARM.replace("<!-- an arm -->", "<!-- <link> --><![CDATA[<x>]]><?y <z> ?>").replace(
-        'name="arm"', 'name="a/>rm"'
-    )
+    text = ARM.replace("<!-- an arm -->", "<!-- <link> --><![CDATA[<x>]]><?y <z> ?>").replace('name="arm"', 'name="a/>rm"')
     assert balanced(text, ELEMENTS) == (text, [], False)
 
 

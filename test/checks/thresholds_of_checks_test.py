@@ -41,12 +41,19 @@ def bar(along, away=0.2, sideways=1e-3, size=0.4):
 
 def wheel(moments, radius=0.1, length=0.04, turn=math.pi / 2):
     """A cylinder that is turned about x by an angle, and moments about the link's axes."""
-    return solid(0, 1.0, moments=moments, shape=f'<collision><origin rpy="{turn!r} 0 0"/><geometry><cylinder radius="{radius}" length="{length!r}"/></geometry></collision>')
+    return solid(
+        0,
+        1.0,
+        moments=moments,
+        shape=f'<collision><origin rpy="{turn!r} 0 0"/><geometry><cylinder radius="{radius}" length="{length!r}"/></geometry></collision>',
+    )
 
 
 def drawn(scale):
     """A mesh of 0.1 m at a scale, which turns without end about the z axis."""
-    return solid(0, 1.0, moments=(3e-3, 3e-3, 5e-3), shape=f'<visual><geometry><mesh filename="cube.stl" scale="{scale}"/></geometry></visual>', joint="continuous")
+    return solid(
+        0, 1.0, moments=(3e-3, 3e-3, 5e-3), shape=f'<visual><geometry><mesh filename="cube.stl" scale="{scale}"/></geometry></visual>', joint="continuous"
+    )
 
 
 def limited(kind, lower):
@@ -60,7 +67,12 @@ def copies(*masses, moments=(0.011, 0.012, 0.013)):
 
 def welded(mass, moments=(1e-6, 1e-6, 9e-6)):
     """A part whose inertia no body has, on the fore arm, of 1 kg and at most 0.0084 kg m², beside a frame that has neither."""
-    return more('<link name="frame"/>', hinge("f", "fore", "frame", kind="fixed"), link("x", mass, moments='ixx="{}" iyy="{}" izz="{}"'.format(*moments)), hinge("j", "fore", "x", kind="fixed"))
+    return more(
+        '<link name="frame"/>',
+        hinge("f", "fore", "frame", kind="fixed"),
+        link("x", mass, moments='ixx="{}" iyy="{}" izz="{}"'.format(*moments)),
+        hinge("j", "fore", "x", kind="fixed"),
+    )
 
 
 def units(ratio):
@@ -193,7 +205,8 @@ def test_what_is_a_placeholder(check, masses, moments, told):
 
 
 @pytest.mark.parametrize(
-    ("shape", "told"), [('sphere radius="0.1"', 0), ('box size="0.1 0.1 0.1"', 0), ('box size="0.1 0.1 0.3"', 1), ('cylinder radius="0.1" length="0.2"', 1), ("", 1)]
+    ("shape", "told"),
+    [('sphere radius="0.1"', 0), ('box size="0.1 0.1 0.1"', 0), ('box size="0.1 0.1 0.3"', 1), ('cylinder radius="0.1" length="0.2"', 1), ("", 1)],
 )
 def test_moments_of_balls_and_cubes_are_equal(check, shape, told):
     drawn = f"<collision><geometry><{shape}/></geometry></collision>" if shape else ""

@@ -454,7 +454,9 @@ def test_a_run_that_is_ended_leaves_nothing(tmp_path, two, name):
     robot, motion = two
     motion.write_text("time,slide\n" + "".join(f"{k / 1000},{math.sin(k / 1000)}\n" for k in range(400_000)))
     heard = functools.partial(signal.signal, getattr(signal, name), signal.SIG_DFL)  # tests that nohup or a shell has started in the background ignore some
-    process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heard)  # noqa: PLW1509 - it calls signal.signal and no more
+    process = subprocess.Popen(
+        [command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heard
+    )  # noqa: PLW1509 - it calls signal.signal and no more
     deadline = time.monotonic() + 60
     while process.poll() is None and time.monotonic() < deadline and not list(tmp_path.glob("q/.*/new/wrenches.csv")):
         time.sleep(0.002)
@@ -556,7 +558,10 @@ def test_a_reader_that_has_gone(two, tmp_path, arguments):
 
 
 HUGE = {
-    "wrenches": ([f"{k},{1e300 * math.sin(k)},{1e300},{1e308}" for k in range(4)], "sample 1 (time 0): inverse_dynamics_with_reactions: state 0: tau[0] is inf"),
+    "wrenches": (
+        [f"{k},{1e300 * math.sin(k)},{1e300},{1e308}" for k in range(4)],
+        "sample 1 (time 0): inverse_dynamics_with_reactions: state 0: tau[0] is inf",
+    ),
     "powers": ([f"{k},{k},{1e200},{1e200}" for k in range(4)], "sample 1 (time 0): power of slide is not finite"),
     "means": ([f"{k},{k},{1e-200},{1e160}" for k in range(4)], "summary: axial_force_rms of slide is not finite"),
 }
@@ -582,7 +587,9 @@ def test_what_programs_read_is_utf8_whatever_the_terminal_has(two, tmp_path):
     robot = tmp_path / "named.urdf"
     robot.write_text(two[0].read_text().replace('"slide"', '"Größe→slide"'), encoding="utf-8")
     for arguments in (("check", robot, "--json"), ("size", "--example")):
-        p = subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, env=os.environ | {"PYTHONIOENCODING": "cp1252"}, timeout=120)
+        p = subprocess.run(
+            [sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, env=os.environ | {"PYTHONIOENCODING": "cp1252"}, timeout=120
+        )
         assert p.stdout.decode("utf-8") == run(*arguments).stdout and not p.stdout.isascii(), p.stderr
 
 

@@ -23,7 +23,20 @@ from ksl_command import run_ksl, warm
 from regex_steps import count_patterns
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-BAD = ["\u009b31m", "\u202egnp", "[red]x[/red]", "[/]", "=HYPERLINK(1)", "@SUM", "-2+3", "<b>&amp;</b></script>", "'=1", "x;=cmd|'/c calc'!A0;y", "t\t=1", 'q; "=1"']
+BAD = [
+    "\u009b31m",
+    "\u202egnp",
+    "[red]x[/red]",
+    "[/]",
+    "=HYPERLINK(1)",
+    "@SUM",
+    "-2+3",
+    "<b>&amp;</b></script>",
+    "'=1",
+    "x;=cmd|'/c calc'!A0;y",
+    "t\t=1",
+    'q; "=1"',
+]
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 
 
@@ -77,7 +90,9 @@ def test_printable_text():
     assert printable("\udcff") == "\\udcff", "a byte of a path that is not UTF-8"
 
 
-@pytest.mark.parametrize("name", [*BAD, "a", "", "'", "''=x", "\t1", "\r1", "\uff1d1", "a=1", "1", "'a", "a;", "a;b", "a;'=b;=;'", ";;-1", "\t=1", "\t'=1", "';\r'=", "a\n=1"])
+@pytest.mark.parametrize(
+    "name", [*BAD, "a", "", "'", "''=x", "\t1", "\r1", "\uff1d1", "a=1", "1", "'a", "a;", "a;b", "a;'=b;=;'", ";;-1", "\t=1", "\t'=1", "';\r'=", "a\n=1"]
+)
 def test_cells_read_back(name):
     cell = csv_text(name)
     assert text_of_cell(cell) == name and not re.match("[=+\\-@\t\r\uff1d\uff0b\uff0d\uff20]", cell)
@@ -225,7 +240,9 @@ def test_the_traceback_can_be_had(hostile, monkeypatch):
 
 
 def test_an_interrupt_is_no_traceback(hostile):
-    code = "import ksl.robot_files.loading\ndef load(*a, **o): raise KeyboardInterrupt\nksl.robot_files.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    code = (
+        "import ksl.robot_files.loading\ndef load(*a, **o): raise KeyboardInterrupt\nksl.robot_files.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    )
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
     assert p.returncode == 130 and b"Traceback" not in p.stderr and p.stderr.count(b"\n") <= 1, p.stderr
 
@@ -300,7 +317,13 @@ def test_files_that_no_reader_wants(hostile, nasty, examples, tmp_path, what, mo
     warm()
     if what == "view":
         pytest.importorskip("viser")
-    places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv", "LOOPED": examples / "robots/excavator.urdf", "RESULTS": hostile / "results", "COMPONENTS": hostile / "components.toml"}
+    places = {
+        "ROBOT": hostile / "robot.urdf",
+        "MOTION": hostile / "motion.csv",
+        "LOOPED": examples / "robots/excavator.urdf",
+        "RESULTS": hostile / "results",
+        "COMPONENTS": hostile / "components.toml",
+    }
     endless = ["pipe", "sparse", "/dev/zero", "bytes\udcff"]  # of robot files the tests of the loader have these
     for name in [n for n in [*NASTY, "/dev/zero"] if not (what in ("info", "view", "compare") and n in endless)]:
         file = nasty / name

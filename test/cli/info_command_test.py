@@ -15,7 +15,9 @@ from rich.console import Console
 def chain(n: int, prefix: str = "") -> ksl.Model:
     b = ksl.Builder("chain").add_link(f"l{prefix}0")
     for i in range(1, n):
-        b.add_link(f"l{prefix}{i}", 1.0, (0, 0, 0.05)).add_joint(f"j{prefix}{i}", "revolute", f"l{prefix}{i - 1}", f"l{prefix}{i}", axis=(0, 1, 0), limits=(-1, 1), effort=10)
+        b.add_link(f"l{prefix}{i}", 1.0, (0, 0, 0.05)).add_joint(
+            f"j{prefix}{i}", "revolute", f"l{prefix}{i - 1}", f"l{prefix}{i}", axis=(0, 1, 0), limits=(-1, 1), effort=10
+        )
     return b.build()
 
 

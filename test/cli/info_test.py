@@ -30,7 +30,9 @@ def shown(lines: list[str], joint: str) -> dict[str, str]:
     headings = [m.group().strip() for m in columns]
     starts = [lines[start].index(h) for h in headings]
     last = headings.index("velocity")  # from there on numbers, aligned to the right
-    return {h: row[edges[i] : edges[i + 1]].strip() for i, h in enumerate(headings) if i >= last} | {h: row[starts[i] :].split("  ")[0].strip() for i, h in enumerate(headings) if i < last}
+    return {h: row[edges[i] : edges[i + 1]].strip() for i, h in enumerate(headings) if i >= last} | {
+        h: row[starts[i] :].split("  ")[0].strip() for i, h in enumerate(headings) if i < last
+    }
 
 
 def test_damping_and_friction_are_printed(robot):

@@ -18,7 +18,10 @@ COMMANDS = {
     "actuation": [("ROBOT", "--joints", "joint,-,Arm,🦾", "-o", "DIR/actuation")],
     "check": [("ROBOT",)],
     "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
-    "free-bodies": [("DIR/results", "-o", "DIR/parts", "--links", "case,Arm"), ("DIR/results", "-o", "DIR/decks", "--deck", "calculix", "--deck", "nastran", "--apart")],
+    "free-bodies": [
+        ("DIR/results", "-o", "DIR/parts", "--links", "case,Arm"),
+        ("DIR/results", "-o", "DIR/decks", "--deck", "calculix", "--deck", "nastran", "--apart"),
+    ],
     "generate": [("ROBOT", "--algorithms", "reactions", "-o", "DIR/c"), ("ROBOT", "--fmu", "forward", "-o", "DIR/fmu")],
     "hold": [("ROBOT",), ("ROBOT", "--payload", "1", "--on-link", "case")],
     "info": [("ROBOT",)],
@@ -27,7 +30,10 @@ COMMANDS = {
         ("ROBOT", "DIR/motion.csv", "-o", "DIR/results", "--csv", "--json", "--mcap", "--mat"),
         ("ROBOT", "DIR/motion.parquet", "-o", "DIR/some", "--joints", "joint,-,Arm,arm,🦾", "--at", "-=0,0,0.1"),
     ],
-    "modes": [("ROBOT", "--stiffness", "DIR/stiffness.toml", "--motion", "DIR/motion.csv", "-o", "DIR/modes.csv"), ("ROBOT", "--stiffness", "DIR/stiffness.toml", "--grid", "-=0:1:2")],
+    "modes": [
+        ("ROBOT", "--stiffness", "DIR/stiffness.toml", "--motion", "DIR/motion.csv", "-o", "DIR/modes.csv"),
+        ("ROBOT", "--stiffness", "DIR/stiffness.toml", "--grid", "-=0:1:2"),
+    ],
     "simulate": [("ROBOT", "--until", "0.02", "--pose", "case=0.1", "--dry-friction", "Arm=1", "-o", "DIR/simulated")],
     "size": [
         ("DIR/results", "DIR/components.toml", "-o", "DIR/sizes"),

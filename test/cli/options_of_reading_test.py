@@ -35,7 +35,9 @@ def test_every_command_that_reads_a_robot_takes_every_option_of_reading(command)
     assert taken | set(FIXED.get(command, {})) == set(OF_READING) and not taken & set(FIXED.get(command, {}))
     for name in taken:
         option = OF_READING[name].__metadata__[0]
-        declared = [*([option.default] if isinstance(option.default, str) and option.default.startswith("--") else []), *option.param_decls] or [f"--{name.replace('_', '-')}"]
+        declared = [*([option.default] if isinstance(option.default, str) and option.default.startswith("--") else []), *option.param_decls] or [
+            f"--{name.replace('_', '-')}"
+        ]
         assert (COMMANDS[command][name].opts, COMMANDS[command][name].help) == (declared, option.help), "declared elsewhere"
     assert "how" not in COMMANDS[command]
 

@@ -26,7 +26,12 @@ def work(request, tmp_path):
         folder = tmp_path / (ODD if request.param == "folder" else "plain")
         folder.mkdir()
         name = "" if request.param == "folder" else ODD
-        for file, text in ((f"{name}robot.urdf", URDF), (f"{name}m.csv", MOTION), (f"{name}s.toml", SWEEP.replace("m.csv", "plain.csv")), ("plain.csv", MOTION)):
+        for file, text in (
+            (f"{name}robot.urdf", URDF),
+            (f"{name}m.csv", MOTION),
+            (f"{name}s.toml", SWEEP.replace("m.csv", "plain.csv")),
+            ("plain.csv", MOTION),
+        ):
             (folder / file).write_text(text)
     except (OSError, UnicodeEncodeError):
         pytest.skip("this file system takes UTF-8 only")

@@ -116,7 +116,9 @@ def test_the_same_numbers_agree(compared):
 def test_physics_that_only_the_other_library_applies(compared, physics):
     found = compared(planted(lambda m: m.with_physics(physics)))
     assert {r.topic for r in found.reasons} == set(physics) and found.differing == DYNAMICS[:2] and found.status == 1
-    assert all(r.explains == ("inverse dynamics", "forward dynamics") and "shoulder" in r.text and "KSL where physics= names it" in r.text for r in found.reasons)
+    assert all(
+        r.explains == ("inverse dynamics", "forward dynamics") and "shoulder" in r.text and "KSL where physics= names it" in r.text for r in found.reasons
+    )
 
 
 def test_physics_that_only_ksl_applies(compared):
@@ -165,7 +167,11 @@ def of_central(P, change):
 
 @pytest.mark.parametrize("said", MASSES)
 def test_masses_that_the_other_library_has_otherwise(compared, said):
-    text = ARM.replace('name="hand"><inertial>', 'name="hand"><visual/><!--').replace("</inertial></link>\n  <joint", "--></link>\n  <joint") if "principal" in said else ARM
+    text = (
+        ARM.replace('name="hand"><inertial>', 'name="hand"><visual/><!--').replace("</inertial></link>\n  <joint", "--></link>\n  <joint")
+        if "principal" in said
+        else ARM
+    )
     found = compared(with_link(MASSES[said]), text)
     assert [r.topic for r in found.reasons] == ["masses"], found
     assert "fore: " in found.reasons[0].text and said in found.reasons[0].text
@@ -245,7 +251,11 @@ def test_other_conventions(compared, fake, topics, text, differing):
 
 
 def test_another_order_of_quaternions(compared):
-    found = compared(OtherQuaternion, ARM.replace('<link name="base"/>', ARM[ARM.index('<link name="upper"'):ARM.index('  <link name="fore"')].replace("upper", "base")), floating_base=True)
+    found = compared(
+        OtherQuaternion,
+        ARM.replace('<link name="base"/>', ARM[ARM.index('<link name="upper"') : ARM.index('  <link name="fore"')].replace("upper", "base")),
+        floating_base=True,
+    )
     assert {r.topic for r in found.reasons} == {"quaternion"} and found.unexplained == [], found
     assert found.differing == ["inverse dynamics", "forward dynamics", "positions", "orientations"]
 
@@ -261,7 +271,12 @@ def moved(text, **change):
 @pytest.mark.parametrize(
     ("was", "becomes", "said", "explained"),
     [
-        ('xyz="0.2 0 0" rpy="1 0 0"', 'xyz="0.2 0.1 0" rpy="1 0 0"', "apart by (0, 0.05403, -0.08415) m in the link's axes, at every position: elbow (link fore)", True),
+        (
+            'xyz="0.2 0 0" rpy="1 0 0"',
+            'xyz="0.2 0.1 0" rpy="1 0 0"',
+            "apart by (0, 0.05403, -0.08415) m in the link's axes, at every position: elbow (link fore)",
+            True,
+        ),
         ('xyz="0 0 0.4" rpy="0 1 0"', 'xyz="0 0 0.4" rpy="0 0.5 0"', "apart by 0.5 rad in the link's axes, at every position: weld (link hand)", True),
         ('axis xyz="0 0 1"', 'axis xyz="0 0 -1"', "the axis points the other way: shoulder (link upper)", True),
         ('axis xyz="0 1 0"', 'axis xyz="1 0 0"', "not constant: another axis, or another number of the joint: elbow (link fore)", False),
@@ -351,14 +366,18 @@ def test_links_without_frames_and_joints_without_mass(compared):
 
 
 def test_a_robot_without_joints_that_move(tmp_path):
-    (tmp_path / "rock.urdf").write_text("<robot name='rock'><link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' iyz='0' ixz='0'/></inertial></link></robot>")
+    (tmp_path / "rock.urdf").write_text(
+        "<robot name='rock'><link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' iyz='0' ixz='0'/></inertial></link></robot>"
+    )
     with pytest.raises(ksl.DescriptionError, match="rock.urdf: no joint moves, and there is nothing to compare; floating_base"):
         ksl.compare(tmp_path / "rock.urdf")
 
 
 def test_xacro(tmp_path, compared):
     pytest.importorskip("xacro")
-    text = ARM.replace('<robot name="arm">', '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arg name="damping" default="0"/>').replace('damping="0.7"', 'damping="$(arg damping)"')
+    text = ARM.replace('<robot name="arm">', '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arg name="damping" default="0"/>').replace(
+        'damping="0.7"', 'damping="$(arg damping)"'
+    )
     (tmp_path / "arm.xacro").write_text(text)
     compared(Same)  # registers it
     libraries.LIBRARIES["fake"] = Library("json", "", planted(lambda m: m.with_physics("damping")))

@@ -112,6 +112,6 @@ def test_forces_that_ksl_never_has_are_reasons(tmp_path, topics):
     option = '<option density="500" viscosity="0.3"/>' if "fluid" in topics else ""
     gravcomp = 'gravcomp="0.7"' if "gravcomp" in topics else ""
     bodies = f'<body name="a" {gravcomp}><joint name="one" axis="0 1 0"/><geom size="0.1" pos="0.2 0 0"/><body name="b" pos="0.4 0 0"><joint name="two" axis="1 0 0"/><geom size="0.1" pos="0 0.2 0"/></body></body>'
-    (tmp_path / "r.xml").write_text(f'<mujoco>{option}<worldbody>{bodies}</worldbody>{"".join(EFFECTS[topic] for topic in topics)}</mujoco>')
+    (tmp_path / "r.xml").write_text(f"<mujoco>{option}<worldbody>{bodies}</worldbody>{''.join(EFFECTS[topic] for topic in topics)}</mujoco>")
     found = ksl.compare(tmp_path / "r.xml", "mujoco", states=3)["mujoco"]
     assert not found.failed and found.unexplained == [] and {r.topic for r in found.reasons} == set(topics), found.reasons

@@ -14,11 +14,22 @@ from ksl.comparison.urdf_text import of_one_model, on_floating_joint
 
 
 def test_a_robot_floats_on_a_link_whose_name_is_free():
-    m = ksl.Builder("two").add_link("ground", 1.0, (0, 0, 0), np.eye(3)).add_link("ground_").add_joint("weld", "fixed", "ground", "ground_").build(floating_base=True)
+    m = (
+        ksl.Builder("two")
+        .add_link("ground", 1.0, (0, 0, 0), np.eye(3))
+        .add_link("ground_")
+        .add_joint("weld", "fixed", "ground", "ground_")
+        .build(floating_base=True)
+    )
     robot = on_floating_joint(ElementTree.fromstring('<robot name="two"><link name="ground"/></robot>'), m)
     assert [link.get("name") for link in robot.iterfind("link")] == ["ground", "ground__"]
     joint = robot.find("joint")
-    assert (joint.get("name"), joint.get("type"), joint.find("parent").get("link"), joint.find("child").get("link")) == (m.joints[0].name, "floating", "ground__", "ground")
+    assert (joint.get("name"), joint.get("type"), joint.find("parent").get("link"), joint.find("child").get("link")) == (
+        m.joints[0].name,
+        "floating",
+        "ground__",
+        "ground",
+    )
 
 
 def test_one_model_of_a_world_is_left():

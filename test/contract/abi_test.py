@@ -12,9 +12,17 @@ sys.path.insert(0, str(ROOT / "scripts" / "abi"))
 from abi import ADDED, BROKEN, NONE, last_release, needed, numbers, objections, version_of_project
 
 
-@pytest.mark.parametrize("old, change, least", [
-    ("0.1.0", NONE, "0.1.0"), ("0.1.0", ADDED, "0.1.1"), ("0.1.4", BROKEN, "0.2.0"),
-    ("1.2.3", NONE, "1.2.3"), ("1.2.3", ADDED, "1.3.0"), ("1.2.3", BROKEN, "2.0.0")])
+@pytest.mark.parametrize(
+    "old, change, least",
+    [
+        ("0.1.0", NONE, "0.1.0"),
+        ("0.1.0", ADDED, "0.1.1"),
+        ("0.1.4", BROKEN, "0.2.0"),
+        ("1.2.3", NONE, "1.2.3"),
+        ("1.2.3", ADDED, "1.3.0"),
+        ("1.2.3", BROKEN, "2.0.0"),
+    ],
+)
 def test_the_least_version_after_a_change(old, change, least):
     assert needed(old, change) == least
     assert list(objections(old, least, change, announced=True)) == []

@@ -52,5 +52,9 @@ def test_example(call, names, monkeypatch, capsys):
         for line in block.splitlines():
             name, says = re.match(r"\s*(\w+) = ", line), SHAPE.search(line)
             if name and says:
-                shape = tuple({"joints": len(found["m"].joints), "samples": len(found["motion"].time) if "motion" in found else 0}.get(x.strip()) or int(x) for x in says[1].split(",") if x.strip())
+                shape = tuple(
+                    {"joints": len(found["m"].joints), "samples": len(found["motion"].time) if "motion" in found else 0}.get(x.strip()) or int(x)
+                    for x in says[1].split(",")
+                    if x.strip()
+                )
                 assert np.shape(found[name[1]]) == shape, line

@@ -59,6 +59,8 @@ def test_clocks_are_seen(line):
     assert CLOCK.search(line)
 
 
-@pytest.mark.parametrize("line", ["subprocess.run(command, timeout=60)", "said in time", "time = np.linspace(0, 1, 11)", "page.wait_for_function(READY)", "differential clock times"])
+@pytest.mark.parametrize(
+    "line", ["subprocess.run(command, timeout=60)", "said in time", "time = np.linspace(0, 1, 11)", "page.wait_for_function(READY)", "differential clock times"]
+)
 def test_other_words_are_free(line):
     assert not CLOCK.search(line)

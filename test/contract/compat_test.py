@@ -19,8 +19,28 @@ from functions import published
 from library import find
 from single_header import flatten
 
-PUBLISHED_HEADERS = {"SE3", "array", "axis", "coscrew", "eulerangles", "inertia", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "memory", "print",
-                     "pub_types", "quaternion", "screw", "trig", "vec3", "vec4", "version"}
+PUBLISHED_HEADERS = {
+    "SE3",
+    "array",
+    "axis",
+    "coscrew",
+    "eulerangles",
+    "inertia",
+    "ksl",
+    "linalg",
+    "mat3x3",
+    "mat4x4",
+    "matrix",
+    "memory",
+    "print",
+    "pub_types",
+    "quaternion",
+    "screw",
+    "trig",
+    "vec3",
+    "vec4",
+    "version",
+}
 
 
 def test_every_published_header_has_its_bare_name():
@@ -54,13 +74,17 @@ def test_sequences_have_their_prefix_alone(include, tmp_path):
     """XYZ, INVALID and their like belong to the program: as names of its own and as macros they are untouched."""
     program = "".join(f"#include <{include.format(h)}.h>\n" for h in sorted(PUBLISHED_HEADERS))
     program += "".join(f"#ifdef {name}\n#error {name}\n#endif\n" for name in SEQUENCES)
-    program += f"enum own {{ {', '.join(SEQUENCES)} }};\nint f(void) {{ return {' + '.join('(int)KSL_AXIS_' + n for n in SEQUENCES)} == 78 && INVALID == 12; }}\n"
+    program += (
+        f"enum own {{ {', '.join(SEQUENCES)} }};\nint f(void) {{ return {' + '.join('(int)KSL_AXIS_' + n for n in SEQUENCES)} == 78 && INVALID == 12; }}\n"
+    )
     (tmp_path / "a.c").write_text(program)
     done = subprocess.run(["gcc", "-std=c11", "-fsyntax-only", "-Werror", "-I", COMPAT, "-I", INCLUDE, tmp_path / "a.c"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
-PUBLISHED_TYPES = {f"ksl_{t}{f}_t" for t in ("vec3", "vec4", "quaternion", "mat3x3", "mat4x4", "SE3", "screw", "coscrew", "inertia", "eulerangles") for f in ("", "f")}
+PUBLISHED_TYPES = {
+    f"ksl_{t}{f}_t" for t in ("vec3", "vec4", "quaternion", "mat3x3", "mat4x4", "SE3", "screw", "coscrew", "inertia", "eulerangles") for f in ("", "f")
+}
 PUBLISHED_TYPES |= {"ksl_vec3i_t", "ksl_vec4i_t", "ksl_axis_enum_t", "ksl_print_options_t"}
 
 
@@ -111,8 +135,10 @@ def test_a_header_gives_what_the_published_one_gives(tmp_path):
     """Programs include one header and use what came along with it."""
     files = [tmp_path / f"{header}.c" for header in CONTENTS]
     for file in files:
-        file.write_text(f"#include <ksl/{file.stem}.h>\nstatic void use(void (*p)(void)) {{ (void)p; }}\n"
-                        f"int main(void) {{\n  use(0);\n{CONTENTS[file.stem]}  return 0;\n}}\n")
+        file.write_text(
+            f"#include <ksl/{file.stem}.h>\nstatic void use(void (*p)(void)) {{ (void)p; }}\n"
+            f"int main(void) {{\n  use(0);\n{CONTENTS[file.stem]}  return 0;\n}}\n"
+        )
     done = subprocess.run(["gcc", "-std=c11", "-fsyntax-only", "-Wall", "-Werror", "-I", INCLUDE, *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
@@ -120,7 +146,7 @@ def test_a_header_gives_what_the_published_one_gives(tmp_path):
 def test_the_commit_is_told_by_who_builds():
     """The same text everywhere, unless it is defined: a build from a tarball has the bits of one from a repository."""
     text = "#include <ksl/version.h>\nKSL_GIT_COMMIT KSL_GIT_BRANCH\n"
-    for flags, expected in (([], '"unknown" "unknown"'), (["-DKSL_GIT_COMMIT=\"0123abc\"", "-DKSL_GIT_BRANCH=\"main\""], '"0123abc" "main"')):
+    for flags, expected in (([], '"unknown" "unknown"'), (['-DKSL_GIT_COMMIT="0123abc"', '-DKSL_GIT_BRANCH="main"'], '"0123abc" "main"')):
         done = subprocess.run(["gcc", "-E", "-P", *flags, "-I", INCLUDE, "-x", "c", "-"], input=text, capture_output=True, text=True, check=True)
         assert done.stdout.split() == expected.split()
 
@@ -142,8 +168,10 @@ def test_a_published_program_runs_unchanged(style, compiler, tmp_path):
         linked = []
     else:
         linked = [library, f"-Wl,-rpath,{library.parent}"]
-    subprocess.run([compiler, "-std=gnu11", "-O1", "-Wall", "-Wextra", "-Werror", *options, HERE / "published_program.c", *linked, "-lm", "-o",
-                    tmp_path / "program"], check=True)
+    subprocess.run(
+        [compiler, "-std=gnu11", "-O1", "-Wall", "-Wextra", "-Werror", *options, HERE / "published_program.c", *linked, "-lm", "-o", tmp_path / "program"],
+        check=True,
+    )
     done = subprocess.run([tmp_path / "program"], capture_output=True, text=True)
     assert done.returncode == 0
     assert done.stdout == (HERE / "published_program.txt").read_text()

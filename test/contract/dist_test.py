@@ -38,13 +38,16 @@ def test_a_wheel_for_another_system_is_a_success_without_objections(monkeypatch,
     assert end.value.code == ("\n".join(found) or 0)
 
 
-@pytest.mark.parametrize(("target", "tag"), [
-    ("x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64"),
-    ("aarch64-linux-musl", "musllinux_1_2"),
-    ("x86_64-windows-gnu", "win_amd64"),
-    ("aarch64-macos.13.3", "macosx_13_0_arm64"),  # tags of macOS have no minor versions from 11 on
-    ("x86_64-macos.10.15", "macosx_10_15_x86_64"),
-])
+@pytest.mark.parametrize(
+    ("target", "tag"),
+    [
+        ("x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64"),
+        ("aarch64-linux-musl", "musllinux_1_2"),
+        ("x86_64-windows-gnu", "win_amd64"),
+        ("aarch64-macos.13.3", "macosx_13_0_arm64"),  # tags of macOS have no minor versions from 11 on
+        ("x86_64-macos.10.15", "macosx_10_15_x86_64"),
+    ],
+)
 def test_the_name_of_a_wheel_says_its_system(monkeypatch, target, tag):
     monkeypatch.setitem(sys.modules, "sbom", types.ModuleType("sbom"))
     monkeypatch.setattr(sys, "path", list(sys.path))
@@ -69,8 +72,11 @@ def mach_o_file(processor=0x0100000C, kind=6, minimum=13 << 16, library="/usr/li
     at_symbols = 400
     at_strings = at_symbols + 16 * len(names)
     at_signature = 8192  # two pages
-    commands = [struct.pack("<6I", 0x32, 24, 1, minimum, minimum, 0), struct.pack("<6I", 0xC, 24 + 64, 24, 0, 0, 0) + library.encode().ljust(64, b"\0"),
-                struct.pack("<6I", 0x2, 24, at_symbols, len(names), at_strings, len(strings))]
+    commands = [
+        struct.pack("<6I", 0x32, 24, 1, minimum, minimum, 0),
+        struct.pack("<6I", 0xC, 24 + 64, 24, 0, 0, 0) + library.encode().ljust(64, b"\0"),
+        struct.pack("<6I", 0x2, 24, at_symbols, len(names), at_strings, len(strings)),
+    ]
     commands += [struct.pack("<4I", 0x1D, 16, at_signature, 200)] if signed else []
     content = struct.pack("<8I", 0xFEEDFACF, processor, 0, kind, len(commands), sum(map(len, commands)), 0, 0) + b"".join(commands)
     content = content.ljust(at_symbols, b"\0")
@@ -82,17 +88,20 @@ def mach_o_file(processor=0x0100000C, kind=6, minimum=13 << 16, library="/usr/li
     return content + (struct.pack(">5I", 0xFADE0CC0, 20 + len(directory), 1, 0, 20) + directory if signed else b"")
 
 
-@pytest.mark.parametrize(("faults", "says"), [
-    ({}, None),
-    ({"kind": 8}, None),
-    ({"minimum": 11 << 16}, None),
-    ({"processor": 0x01000007}, "it is not of arm64 alone"),
-    ({"kind": 2}, "it is neither a library nor a bundle"),
-    ({"minimum": 13 << 16 | 3 << 8}, "it needs macOS [(13, 3)]; its name promises (13, 0)"),
-    ({"library": "/usr/lib/libc++.1.dylib"}, "it needs /usr/lib/libc++.1.dylib"),
-    ({"names": ("_PyList_New", "_sched_getaffinity", "_PyInit__core")}, "no library that it names has _sched_getaffinity"),
-    ({"signed": False}, "it is not signed, not even ad hoc"),
-])
+@pytest.mark.parametrize(
+    ("faults", "says"),
+    [
+        ({}, None),
+        ({"kind": 8}, None),
+        ({"minimum": 11 << 16}, None),
+        ({"processor": 0x01000007}, "it is not of arm64 alone"),
+        ({"kind": 2}, "it is neither a library nor a bundle"),
+        ({"minimum": 13 << 16 | 3 << 8}, "it needs macOS [(13, 3)]; its name promises (13, 0)"),
+        ({"library": "/usr/lib/libc++.1.dylib"}, "it needs /usr/lib/libc++.1.dylib"),
+        ({"names": ("_PyList_New", "_sched_getaffinity", "_PyInit__core")}, "no library that it names has _sched_getaffinity"),
+        ({"signed": False}, "it is not signed, not even ad hoc"),
+    ],
+)
 def test_what_a_mac_would_not_load_is_found(faults, says):
     assert script("mach_o").objections(mach_o_file(**faults), "arm64", (13, 0)) == ([says] if says else [])
 
@@ -103,12 +112,15 @@ def test_a_page_that_changed_after_signing_is_found():
     assert script("mach_o").objections(bytes(content), "arm64", (13, 0)) == ["1 of its 2 pages have changed since it was signed"]
 
 
-@pytest.mark.parametrize(("machine", "options", "tried"), [
-    ("x86_64", [], ["x86-64-v2", "x86-64-v3"]),
-    ("AMD64", [], ["x86-64-v2", "x86-64-v3"]),
-    ("x86_64", ["--sets", "x86_64_v3"], ["x86-64-v3"]),
-    ("aarch64", [], []),
-])
+@pytest.mark.parametrize(
+    ("machine", "options", "tried"),
+    [
+        ("x86_64", [], ["x86-64-v2", "x86-64-v3"]),
+        ("AMD64", [], ["x86-64-v2", "x86-64-v3"]),
+        ("x86_64", ["--sets", "x86_64_v3"], ["x86-64-v3"]),
+        ("aarch64", [], []),
+    ],
+)
 def test_the_sets_that_a_wheel_has_are_tried(monkeypatch, examples, machine, options, tried):
     of_wheel, asked = script("try_wheel"), []
 
@@ -125,11 +137,14 @@ def test_the_sets_that_a_wheel_has_are_tried(monkeypatch, examples, machine, opt
     assert asked == tried
 
 
-@pytest.mark.parametrize(("name", "arguments", "passed"), [
-    ("c++", "-bundle a.o -Wl,@/nanobind/darwin-ld-cpython.sym -o a.so", "-shared a.o -Wl,-undefined,dynamic_lookup -o a.so"),
-    ("c++", "-c a.cpp", "-c a.cpp -include {here}/macos_float.h"),
-    ("cc", "-c a.c", "-c a.c"),
-])
+@pytest.mark.parametrize(
+    ("name", "arguments", "passed"),
+    [
+        ("c++", "-bundle a.o -Wl,@/nanobind/darwin-ld-cpython.sym -o a.so", "-shared a.o -Wl,-undefined,dynamic_lookup -o a.so"),
+        ("c++", "-c a.cpp", "-c a.cpp -include {here}/macos_float.h"),
+        ("cc", "-c a.c", "-c a.c"),
+    ],
+)
 def test_the_wrapper_takes_what_cmake_and_nanobind_say_for_macos(tmp_path, name, arguments, passed):
     (tmp_path / "zig").write_text('#!/bin/sh\necho "$@"\n', encoding="utf-8")
     (tmp_path / "zig").chmod(0o755)
@@ -138,13 +153,16 @@ def test_the_wrapper_takes_what_cmake_and_nanobind_say_for_macos(tmp_path, name,
     assert done.stdout == f"{name} -target aarch64-macos.13.0 -fno-sanitize=undefined {passed.format(here=SCRIPTS / 'zig')}\n"
 
 
-@pytest.mark.parametrize(("target", "arguments", "renamed"), [
-    ("x86_64-linux-musl", ["-shared", "a.o", "-o", "a b.so"], "--replace-needed libc.so libc.musl-x86_64.so.1 a b.so\n"),
-    ("aarch64-linux-musl", ["-o", "a.so", "-shared", "a.o"], "--replace-needed libc.so libc.musl-aarch64.so.1 a.so\n"),
-    ("x86_64-linux-musl", ["a.o", "-o", "program"], ""),
-    ("x86_64-linux-musl", ["-c", "a.c", "-o", "a.o"], ""),
-    ("x86_64-windows-gnu", ["-shared", "a.o", "-o", "a.dll"], ""),
-])
+@pytest.mark.parametrize(
+    ("target", "arguments", "renamed"),
+    [
+        ("x86_64-linux-musl", ["-shared", "a.o", "-o", "a b.so"], "--replace-needed libc.so libc.musl-x86_64.so.1 a b.so\n"),
+        ("aarch64-linux-musl", ["-o", "a.so", "-shared", "a.o"], "--replace-needed libc.so libc.musl-aarch64.so.1 a.so\n"),
+        ("x86_64-linux-musl", ["a.o", "-o", "program"], ""),
+        ("x86_64-linux-musl", ["-c", "a.c", "-o", "a.o"], ""),
+        ("x86_64-windows-gnu", ["-shared", "a.o", "-o", "a.dll"], ""),
+    ],
+)
 @pytest.mark.parametrize("fails", [False, True])
 def test_a_library_for_musl_needs_it_by_the_name_of_wheels(tmp_path, target, arguments, renamed, fails):
     for name, status in (("zig", int(fails)), ("patchelf", 0)):

@@ -35,7 +35,9 @@ def test_variables_that_change_behaviour_are_dropped_and_others_stay(tmp_path):
 def test_ci_runs_make_and_nothing_else():
     commands = [line for line in (ROOT / ".ci/run").read_text().splitlines() if not line.startswith("#")]
     assert commands == ["set -eu", 'cd "$(dirname "$0")/.."', "command -v make >/dev/null || scripts/system_packages.sh demo", "exec make ci"]
-    asked = subprocess.run(["make", "-n", "--no-print-directory", "ci"], cwd=ROOT, env=KEPT | {"MAKEFLAGS": ""}, capture_output=True, text=True, timeout=60).stdout
+    asked = subprocess.run(
+        ["make", "-n", "--no-print-directory", "ci"], cwd=ROOT, env=KEPT | {"MAKEFLAGS": ""}, capture_output=True, text=True, timeout=60
+    ).stdout
     assert '"test=make --no-print-directory test-clang test-python"' in asked
     assert all(part in asked for part in ("lint=", " lint-alone", " abi fuzz-short"))
 

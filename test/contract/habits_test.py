@@ -96,7 +96,14 @@ def test_comments_and_blanks_are_no_changes(before, after, same):
     assert (changes.bare(before, ".cpp") == changes.bare(after, ".cpp")) == same
 
 
-@pytest.mark.parametrize(("after", "same"), [('def f():\n    """Another,\n    longer."""\n    return "a"  # one\n', False), ('def f():\n    """Another,\n    longer."""\n\n    return "a"\n', True), ('def f():\n    return "b"\n', False)])
+@pytest.mark.parametrize(
+    ("after", "same"),
+    [
+        ('def f():\n    """Another,\n    longer."""\n    return "a"  # one\n', False),
+        ('def f():\n    """Another,\n    longer."""\n\n    return "a"\n', True),
+        ('def f():\n    return "b"\n', False),
+    ],
+)
 def test_docstrings_and_blanks_are_no_changes(after, same):
     assert (changes.bare('def f():\n    """One."""\n    return "a"\n', ".py") == changes.bare(after, ".py")) == same
 

@@ -77,7 +77,9 @@ needs_pkg_config = pytest.mark.skipif(shutil.which("pkg-config") is None, reason
 
 def pkg_config(prefix, *arguments):
     folder = next(prefix.rglob("*.pc")).parent
-    flags = subprocess.run(["pkg-config", "--cflags", "--libs", *arguments], check=True, capture_output=True, text=True, env=os.environ | {"PKG_CONFIG_PATH": str(folder)})
+    flags = subprocess.run(
+        ["pkg-config", "--cflags", "--libs", *arguments], check=True, capture_output=True, text=True, env=os.environ | {"PKG_CONFIG_PATH": str(folder)}
+    )
     return flags.stdout.split()
 
 
@@ -144,11 +146,16 @@ FIND = "find_package(ksl CONFIG REQUIRED)"
 
 def test_find_package(prefix, tmp_path, examples):
     lines = [FIND] + [program(f"{name}{form}", f"{name}.{name}", f"ksl::ksl{form}") for name in ("c", "cpp") for form in ("", "_static")]
-    lines += [program("wholly", "$<TARGET_OBJECTS:cpp_static>", "ksl::ksl_static"), "set_target_properties(wholly PROPERTIES LINKER_LANGUAGE CXX LINK_OPTIONS -static)"]
+    lines += [
+        program("wholly", "$<TARGET_OBJECTS:cpp_static>", "ksl::ksl_static"),
+        "set_target_properties(wholly PROPERTIES LINKER_LANGUAGE CXX LINK_OPTIONS -static)",
+    ]
     build = built(tmp_path, "C CXX", lines, f"-DCMAKE_PREFIX_PATH={prefix}")
     for name in ("c", "cpp", "c_static", "cpp_static", "wholly"):
         run(build / name, tmp_path, examples)
-    assert not shared_libraries(build / "wholly") and not any("ksl" in library for name in ("c_static", "cpp_static") for library in shared_libraries(build / name))
+    assert not shared_libraries(build / "wholly") and not any(
+        "ksl" in library for name in ("c_static", "cpp_static") for library in shared_libraries(build / name)
+    )
 
 
 def test_find_package_in_a_project_in_c(prefix, tmp_path, examples):
@@ -175,7 +182,9 @@ def test_components_are_targets(prefix, tmp_path):
     assert done.returncode == 0, done.stderr
     done = configured(tmp_path, "C CXX", lines, options, "-DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON")
     assert done.returncode != 0 and "ksl::ksl_static is not there" in " ".join(done.stderr.split())
-    done = configured(tmp_path, "C CXX", [FIND, "if(TARGET ksl::ksl_static)\nmessage(FATAL_ERROR static)\nendif()"], options, "-DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON")
+    done = configured(
+        tmp_path, "C CXX", [FIND, "if(TARGET ksl::ksl_static)\nmessage(FATAL_ERROR static)\nendif()"], options, "-DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON"
+    )
     assert done.returncode == 0, "who links the shared library needs no pugixml: " + done.stderr
 
 
@@ -188,8 +197,14 @@ def exists(target, wanted):
 
 def test_part_of_a_project_in_c(tmp_path):
     """No C++ compiler is asked for, nothing of C++ is built, and the project's settings stay."""
-    lines = [PART, program("shared", "algebra.c", "ksl::algebra"), program("static", "algebra.c", "ksl::algebra_static"), program("bare", "algebra.c", "ksl::compat"),
-             exists("ksl::ksl", False), 'if(CMAKE_BUILD_TYPE OR CMAKE_C_STANDARD)\nmessage(FATAL_ERROR "the settings were changed")\nendif()']
+    lines = [
+        PART,
+        program("shared", "algebra.c", "ksl::algebra"),
+        program("static", "algebra.c", "ksl::algebra_static"),
+        program("bare", "algebra.c", "ksl::compat"),
+        exists("ksl::ksl", False),
+        'if(CMAKE_BUILD_TYPE OR CMAKE_C_STANDARD)\nmessage(FATAL_ERROR "the settings were changed")\nendif()',
+    ]
     build = built(tmp_path, "C", lines, "-DCMAKE_CXX_COMPILER=none")
     for name in ("shared", "static", "bare"):
         printed(build / name, tmp_path, ALGEBRA_PRINTS)
@@ -205,7 +220,12 @@ def test_part_of_a_project_in_cpp17(tmp_path):
 
 def test_fetched_by_a_project(tmp_path):
     """FetchContent, as a user's project fetches a release; here from this tree."""
-    lines = ["include(FetchContent)", f"FetchContent_Declare(ksl SOURCE_DIR {ROOT})", "FetchContent_MakeAvailable(ksl)", program("app", "algebra.c", "ksl::algebra")]
+    lines = [
+        "include(FetchContent)",
+        f"FetchContent_Declare(ksl SOURCE_DIR {ROOT})",
+        "FetchContent_MakeAvailable(ksl)",
+        program("app", "algebra.c", "ksl::algebra"),
+    ]
     printed(built(tmp_path, "C", lines, "-DCMAKE_CXX_COMPILER=none", targets=["app"]) / "app", tmp_path, ALGEBRA_PRINTS)
 
 
@@ -228,7 +248,12 @@ def test_without_the_engine(tmp_path):
     for command in (["cmake", "-S", ROOT, "-B", build, *options], ["cmake", "--build", build], ["cmake", "--install", build, "--prefix", prefix]):
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
-    assert {p.name for p in prefix.rglob("*") if p.suffix in (".a", ".so", ".pc")} == {"libksl_algebra.a", "libksl_algebra.so", "ksl-algebra.pc", "ksl-algebra-static.pc"}
+    assert {p.name for p in prefix.rglob("*") if p.suffix in (".a", ".so", ".pc")} == {
+        "libksl_algebra.a",
+        "libksl_algebra.so",
+        "ksl-algebra.pc",
+        "ksl-algebra-static.pc",
+    }
     headers = {p.relative_to(prefix / "include/ksl").as_posix() for p in (prefix / "include/ksl").rglob("*") if p.is_file()}
     assert not [name for name in headers if name.startswith(("engine", "dynamics", "model", "batch")) or name in ("arrays.h", "builder.hpp", "dual.hpp")]
     assert {"ksl.h", "spatial.hpp", "detail/vec3.inc", "compat/coscrew.h"} <= headers
@@ -252,8 +277,26 @@ def test_a_published_program_by_the_installed_compat_directory(prefix, tmp_path)
     """<coscrew.h> from the installed tree alone, by plain -I and by the target ksl::compat."""
     (library,) = prefix.rglob("libksl.so")
     include = prefix / "include"
-    subprocess.run(["gcc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-DBARE", "-I", include / "ksl/compat", "-I", include, PUBLISHED, library, "-lm", "-o",
-                    tmp_path / "plain"], check=True)
+    subprocess.run(
+        [
+            "gcc",
+            "-std=gnu11",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-DBARE",
+            "-I",
+            include / "ksl/compat",
+            "-I",
+            include,
+            PUBLISHED,
+            library,
+            "-lm",
+            "-o",
+            tmp_path / "plain",
+        ],
+        check=True,
+    )
     printed(tmp_path / "plain", library.parent)
     lines = ["set(CMAKE_C_STANDARD 11)", FIND, program("bare", PUBLISHED, "ksl::compat"), "target_compile_definitions(bare PRIVATE BARE)"]
     printed(built(tmp_path, "C", lines, f"-DCMAKE_PREFIX_PATH={prefix}") / "bare", library.parent)

@@ -38,7 +38,12 @@ def stopped(monkeypatch):
 def unsettled(monkeypatch):
     monkeypatch.setattr(fit, "ROUNDS", 1)
     found = identified(12)
-    return (found.converged, found.certificate.reason, found.certificate.noise_change), (False, "noise"), repr(found), "not converged: the estimate of the noise"
+    return (
+        (found.converged, found.certificate.reason, found.certificate.noise_change),
+        (False, "noise"),
+        repr(found),
+        "not converged: the estimate of the noise",
+    )
 
 
 def short_of_the_worst(monkeypatch):

@@ -33,7 +33,21 @@ STRANGERS = [("engine", "load"), ("batch", "load")]
 """Folders of src/ that know nothing of a lower one: models are made from descriptions, wherever these come from."""
 
 C_HEADERS = {"math.h", "stdarg.h", "float.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "stdlib.h", "stdio.h", "assert.h"}
-NO_CODE_OF_THEIR_OWN = {"cfloat", "concepts", "cstddef", "cstdint", "cstring", "float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "emmintrin.h", "immintrin.h"}
+NO_CODE_OF_THEIR_OWN = {
+    "cfloat",
+    "concepts",
+    "cstddef",
+    "cstdint",
+    "cstring",
+    "float.h",
+    "math.h",
+    "stdbool.h",
+    "stddef.h",
+    "stdint.h",
+    "string.h",
+    "emmintrin.h",
+    "immintrin.h",
+}
 
 
 def layer(path: Path) -> int:
@@ -108,7 +122,12 @@ def test_the_algebra_needs_c_headers_only():
     assert not strangers, "the C algebra depends on nothing but C"
 
 
-KERNELS = ["engine/kernels/finite.cpp", "engine/kernels/inverse_kinematics_kernels.cpp", "engine/kernels/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for folder in ("algorithms/*", "compiled_once") for f in sorted((SRC / "engine/kernels").glob(f"{folder}/*.cpp")))]
+KERNELS = [
+    "engine/kernels/finite.cpp",
+    "engine/kernels/inverse_kinematics_kernels.cpp",
+    "engine/kernels/array_kernels.cpp",
+    *(f.relative_to(SRC).as_posix() for folder in ("algorithms/*", "compiled_once") for f in sorted((SRC / "engine/kernels").glob(f"{folder}/*.cpp"))),
+]
 
 
 def test_kernels_include_nothing_that_has_code_of_its_own():

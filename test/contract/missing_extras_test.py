@@ -45,7 +45,11 @@ NEED = {
     "a motion in Parquet": 'generate.write_motion(m, generate.trapezoid(m), "{out}/m.parquet")',
     "findings": 'ksl.check("robots/ur5.urdf").table',
 }
-NO_NEED = {"a pose": "ksl.hold(m).verdict", "a motion in CSV": 'generate.write_motion(m, generate.trapezoid(m), "{out}/m.csv")', "dynamics": "m.inverse_dynamics(q, q, q)"}
+NO_NEED = {
+    "a pose": "ksl.hold(m).verdict",
+    "a motion in CSV": 'generate.write_motion(m, generate.trapezoid(m), "{out}/m.csv")',
+    "dynamics": "m.inverse_dynamics(q, q, q)",
+}
 
 
 def test_what_needs_an_extra_names_it(tmp_path):

@@ -111,7 +111,17 @@ def test_arm_gives_the_same_bits(tmp_path):
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         objects = list(pool.map(compiled, SOURCES))
     # the reader of robot files is left out: pugixml is not there for that processor
-    run("aarch64-linux-gnu-g++", *FLAGS, tmp_path / "program.cpp", *objects, "-static", "-pthread", "-Wl,--unresolved-symbols=ignore-all", "-o", tmp_path / "arm")
+    run(
+        "aarch64-linux-gnu-g++",
+        *FLAGS,
+        tmp_path / "program.cpp",
+        *objects,
+        "-static",
+        "-pthread",
+        "-Wl,--unresolved-symbols=ignore-all",
+        "-o",
+        tmp_path / "arm",
+    )
     arm = run("qemu-aarch64", tmp_path / "arm")
 
     library = os.environ.get("KSL_LIBRARY")

@@ -19,15 +19,76 @@ MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "readline", "resource", "syslo
 """Modules of the standard library that Windows lacks."""
 
 WINDOWS_LACKS = {
-    "os": {"O_CLOEXEC", "O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "chown", "fchmod", "fchown", "fork", "getegid", "geteuid", "getgid", "getgroups", "getloadavg",
-           "getpgid", "getsid", "getuid", "killpg", "lchown", "mkfifo", "mknod", "nice", "openpty", "pipe2", "posix_fallocate", "pread", "preadv", "pwrite", "pwritev",
-           "register_at_fork", "sched_getaffinity", "sched_setaffinity", "sendfile", "set_blocking", "setsid", "statvfs", "sync", "sysconf", "ttyname", "uname", "wait",
-           "waitstatus_to_exitcode"},
-    "signal": {"SIGALRM", "SIGCHLD", "SIGCONT", "SIGHUP", "SIGKILL", "SIGPIPE", "SIGQUIT", "SIGSTOP", "SIGTSTP", "SIGUSR1", "SIGUSR2", "SIGWINCH", "alarm", "pause",
-               "pthread_kill", "pthread_sigmask", "setitimer", "siginterrupt", "sigwait"},
+    "os": {
+        "O_CLOEXEC",
+        "O_DIRECTORY",
+        "O_NOFOLLOW",
+        "O_NONBLOCK",
+        "chown",
+        "fchmod",
+        "fchown",
+        "fork",
+        "getegid",
+        "geteuid",
+        "getgid",
+        "getgroups",
+        "getloadavg",
+        "getpgid",
+        "getsid",
+        "getuid",
+        "killpg",
+        "lchown",
+        "mkfifo",
+        "mknod",
+        "nice",
+        "openpty",
+        "pipe2",
+        "posix_fallocate",
+        "pread",
+        "preadv",
+        "pwrite",
+        "pwritev",
+        "register_at_fork",
+        "sched_getaffinity",
+        "sched_setaffinity",
+        "sendfile",
+        "set_blocking",
+        "setsid",
+        "statvfs",
+        "sync",
+        "sysconf",
+        "ttyname",
+        "uname",
+        "wait",
+        "waitstatus_to_exitcode",
+    },
+    "signal": {
+        "SIGALRM",
+        "SIGCHLD",
+        "SIGCONT",
+        "SIGHUP",
+        "SIGKILL",
+        "SIGPIPE",
+        "SIGQUIT",
+        "SIGSTOP",
+        "SIGTSTP",
+        "SIGUSR1",
+        "SIGUSR2",
+        "SIGWINCH",
+        "alarm",
+        "pause",
+        "pthread_kill",
+        "pthread_sigmask",
+        "setitimer",
+        "siginterrupt",
+        "sigwait",
+    },
     "socket": {"AF_UNIX", "socketpair"},
 }
-MACOS_LACKS = {"os": {"O_DIRECT", "memfd_create", "pipe2", "posix_fallocate", "sched_getaffinity", "sched_setaffinity"}, "signal": {"sigtimedwait", "sigwaitinfo"}}
+MACOS_LACKS = {
+    "os": {"O_DIRECT", "memfd_create", "pipe2", "posix_fallocate", "sched_getaffinity", "sched_setaffinity"},
+    "signal": {"sigtimedwait", "sigwaitinfo"},
+}
 
 IMPORTS = """
 import importlib, pkgutil, sys, types
@@ -63,7 +124,9 @@ print(len(names))
 @pytest.mark.parametrize(("system", "blocked", "lacking"), [("win32", MODULES, WINDOWS_LACKS), ("darwin", set(), MACOS_LACKS)], ids=["Windows", "macOS"])
 def test_every_module_is_imported(system, blocked, lacking):
     """With `os`, `signal` and the like as that system has them, for the modules of this package alone."""
-    done = subprocess.run([sys.executable, "-c", IMPORTS.format(system=system, blocked=blocked, lacking=lacking)], capture_output=True, text=True, env=os.environ)
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS.format(system=system, blocked=blocked, lacking=lacking)], capture_output=True, text=True, env=os.environ
+    )
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 100
 
@@ -78,7 +141,11 @@ def unguarded(nodes: list[ast.AST], lacking: dict[str, set[str]]) -> list[str]:
         while at in parents and not isinstance(at, (ast.FunctionDef, ast.Module)):
             at = parents[at]
             around += [ast.unparse(getattr(at, "test", at))] if isinstance(at, (ast.If, ast.IfExp, ast.BoolOp)) else []
-        around += [ast.unparse(s) for s in at.body if isinstance(s, ast.If) and isinstance(s.body[-1], (ast.Return, ast.Raise))] if isinstance(at, ast.FunctionDef) else []
+        around += (
+            [ast.unparse(s) for s in at.body if isinstance(s, ast.If) and isinstance(s.body[-1], (ast.Return, ast.Raise))]
+            if isinstance(at, ast.FunctionDef)
+            else []
+        )
         if not any(word in condition for condition in around for word in ("hasattr(", "sys.platform", "os.name", "fcntl is None")):
             found.append(f"{node.lineno}: {node.value.id}.{node.attr}")
     return found

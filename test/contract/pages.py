@@ -102,8 +102,13 @@ class Walk:
     def _cell(self, block: Block) -> str:
         if self._python is None:
             self._python = subprocess.Popen(
-                [sys.executable, "-u", "-c", INTERPRETER], cwd=self.folder, text=True, env=environment(),
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                [sys.executable, "-u", "-c", INTERPRETER],
+                cwd=self.folder,
+                text=True,
+                env=environment(),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
             )
         assert self._python.stdin and self._python.stdout
         self._python.stdin.write(json.dumps(block.code) + "\n")

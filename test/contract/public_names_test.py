@@ -14,7 +14,26 @@ from ksl.base.extras import LEAST
 from ksl.base.other_names import OF_MODEL, OF_PACKAGE
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-SLOW = ("numpy", "ksl._core", "scipy", "pyarrow", "plotly", "pandas", "lxml", "viser", "trimesh", "ray", "mujoco", "mcap", "rosbags", "openpyxl", "pinocchio", "pydrake", "pxr", "xacro")
+SLOW = (
+    "numpy",
+    "ksl._core",
+    "scipy",
+    "pyarrow",
+    "plotly",
+    "pandas",
+    "lxml",
+    "viser",
+    "trimesh",
+    "ray",
+    "mujoco",
+    "mcap",
+    "rosbags",
+    "openpyxl",
+    "pinocchio",
+    "pydrake",
+    "pxr",
+    "xacro",
+)
 
 
 def python(code: str) -> str:
@@ -57,18 +76,28 @@ def test_help_where_a_library_is_older_than_its_extra(name, tmp_path):
     assert f'\n{name} = ["{name}>={least}"]\n' in (EXAMPLES.parent / "pyproject.toml").read_text()
     (tmp_path / name).mkdir()
     (tmp_path / name / "__init__.py").write_text("raise RuntimeError('no symbol table')\n")
-    for version, said in (("0.4.37", f"ksl.{name} needs {shown} {least} or newer, and 0.4.37 is installed; install it with: pip install --upgrade 'ksl[{name}]'"),
-                          ("99.1.dev2+cpu", f"ksl.{name} can't be imported: RuntimeError: no symbol table")):
+    for version, said in (
+        ("0.4.37", f"ksl.{name} needs {shown} {least} or newer, and 0.4.37 is installed; install it with: pip install --upgrade 'ksl[{name}]'"),
+        ("99.1.dev2+cpu", f"ksl.{name} can't be imported: RuntimeError: no symbol table"),
+    ):
         (tmp_path / f"{name}-1.dist-info").mkdir(exist_ok=True)
         (tmp_path / f"{name}-1.dist-info" / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
         begin = f"import sys\nsys.path.insert(0, {str(tmp_path)!r})\nimport ksl, pydoc\n"
-        assert python(f"{begin}print('every wrench' in pydoc.render_doc(ksl), hasattr(ksl, {name!r}))\ntry:\n    ksl.{name}\nexcept AttributeError as e:\n    print(e)") == f"True False\n{said}\n"
+        assert (
+            python(
+                f"{begin}print('every wrench' in pydoc.render_doc(ksl), hasattr(ksl, {name!r}))\ntry:\n    ksl.{name}\nexcept AttributeError as e:\n    print(e)"
+            )
+            == f"True False\n{said}\n"
+        )
 
 
 def test_help_begins_with_all_that_users_may_use():
     for name in (*ksl.__all__, *ksl._MODULES):
         assert name == "__version__" or re.search(rf"\b{name}\b", ksl.__doc__), f"{name} is missing in the docstring of ksl"
-    assert python("import ksl\nprint(ksl.motions.generate.chirp.__name__, ksl.ufuncs.product_dd.__name__, ksl.mjcf.from_mujoco.__name__)") == "chirp product_dd from_mujoco\n"
+    assert (
+        python("import ksl\nprint(ksl.motions.generate.chirp.__name__, ksl.ufuncs.product_dd.__name__, ksl.mjcf.from_mujoco.__name__)")
+        == "chirp product_dd from_mujoco\n"
+    )
 
 
 @pytest.mark.parametrize(("names", "owner"), [(OF_PACKAGE, ksl), (OF_MODEL, ksl.Model)], ids=["ksl", "a model"])
@@ -107,7 +136,19 @@ def test_methods_of_models_that_higher_rooms_compute():
     """The model's room imports nothing of theirs; `ksl/__init__.py` names the functions, which take the model first."""
     from ksl.base import higher_rooms
 
-    assert set(higher_rooms.FUNCTIONS) == {"_repr_html_", "actuation", "compile", "compliance", "deflection", "equilibrium", "free_bodies", "linearise", "modes", "show", "wrench_table"}
+    assert set(higher_rooms.FUNCTIONS) == {
+        "_repr_html_",
+        "actuation",
+        "compile",
+        "compliance",
+        "deflection",
+        "equilibrium",
+        "free_bodies",
+        "linearise",
+        "modes",
+        "show",
+        "wrench_table",
+    }
     for method in higher_rooms.FUNCTIONS:
         own = list(inspect.signature(getattr(ksl.Model, method)).parameters.values())
         function = list(inspect.signature(higher_rooms.function_of(method)).parameters.values())

@@ -10,6 +10,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 from functions import bodies, published
 from reference_pages import pages
 
+
 def test_every_function_is_there():
     rows = re.findall(r"^\| (`\S+`) \| `", "".join(pages().values()), re.M)
     listed = [name.strip("`") for row in rows for name in row.split("<br>")]

@@ -58,7 +58,7 @@ def test_nothing_is_missing(folder):
     text = (folder / "ksl.h").read_text()
     names = set(re.findall(r"\b(\w+)\(", re.sub(r"/\*.*?\*/", "", text, flags=re.S)))
     assert {f.name for f in [*published(), *bodies()]} <= names
-    assert "#include \"" not in re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+    assert '#include "' not in re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     assert not re.search(r"\b(KSL_FN|KSL_HELPER|KSL_OF|KSL_NAMES|KSL)\b\(?", re.sub(r"/\*.*?\*/", "", text, flags=re.S))
 
 
@@ -87,7 +87,17 @@ def test_the_same_functions_token_for_token(folder):
     assert one.keys() - many.keys() == {name + f for name in ("fabs", "floor", "fmod", "fma") for f in ("", "f")}
 
 
-COMPILERS = ["gcc -std=c99", "clang -std=c99", "gcc -std=c99 -fshort-enums", "gcc -std=c11", "gcc -std=c17", "clang -std=c11", "clang -std=c17", "g++ -std=c++20 -x c++", "clang++ -std=c++20 -x c++"]
+COMPILERS = [
+    "gcc -std=c99",
+    "clang -std=c99",
+    "gcc -std=c99 -fshort-enums",
+    "gcc -std=c11",
+    "gcc -std=c17",
+    "clang -std=c11",
+    "clang -std=c17",
+    "g++ -std=c++20 -x c++",
+    "clang++ -std=c++20 -x c++",
+]
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
@@ -135,10 +145,15 @@ COMPARED = {"floor": 1, "fmod": 2, "fma": 3, "fabs": 1}
 
 def test_mathematics_of_its_own(folder):
     """Without a C library, floor, fmod and fabs are exact and fma is within an ULP of it."""
-    (folder / "own.c").write_text("#define KSL_FREESTANDING\n#include \"ksl.h\"\n" + "".join(
-        f"{t} own_{n}{s}({', '.join(f'{t} x{i}' for i in range(k))});\n{t} own_{n}{s}({', '.join(f'{t} x{i}' for i in range(k))}) "
-        f"{{ return ksl_libm_{n}{s}({', '.join(f'x{i}' for i in range(k))}); }}\n"
-        for n, k in COMPARED.items() for t, s in (("double", ""), ("float", "f"))))
+    (folder / "own.c").write_text(
+        '#define KSL_FREESTANDING\n#include "ksl.h"\n'
+        + "".join(
+            f"{t} own_{n}{s}({', '.join(f'{t} x{i}' for i in range(k))});\n{t} own_{n}{s}({', '.join(f'{t} x{i}' for i in range(k))}) "
+            f"{{ return ksl_libm_{n}{s}({', '.join(f'x{i}' for i in range(k))}); }}\n"
+            for n, k in COMPARED.items()
+            for t, s in (("double", ""), ("float", "f"))
+        )
+    )
     checks = []
     for t, s in (("double", ""), ("float", "f")):
         for n, k in COMPARED.items():
@@ -150,7 +165,9 @@ def test_mathematics_of_its_own(folder):
             report = f'printf("{n}{s} %.17g %.17g %.17g: %.17g %.17g\\n", x, y, z, (double)got, (double)expected)'
             checks.append((n + s, f"  {{ {t} expected = {n}{s}({args}), got = own_{n}{s}({args}); if ({wrong}) {{ {report}; return 1; }} }}"))
     (folder / "compare.c").write_text(
-        "#include <math.h>\n#include <stdint.h>\n#include <stdio.h>\n" + "\n".join(c for c in checks if isinstance(c, str)) + """
+        "#include <math.h>\n#include <stdint.h>\n#include <stdio.h>\n"
+        + "\n".join(c for c in checks if isinstance(c, str))
+        + """
 static double number(uint64_t *s, int range) {
   *s = *s * 6364136223846793005u + 1442695040888963407u;
   const double x = (double)(int64_t)*s / 9.3e18;
@@ -161,7 +178,10 @@ int main(void) {
   for (int i = 0; i < 200000; i++) {
     const double x = i % 100 ? (double)(i % 2 ? number(&s, 80) : floor(number(&s, 60))) : 0.0;
     const double y = number(&s, 40), z = i % 3 ? number(&s, 60) : -x * y * (1 + number(&s, 20)), m = i % 2 ? 360.0 : 6.2831853071795862;
-""" + "\n".join(c[1] for c in checks if not isinstance(c, str)) + "\n  }\n  return 0;\n}\n")
+"""
+        + "\n".join(c[1] for c in checks if not isinstance(c, str))
+        + "\n  }\n  return 0;\n}\n"
+    )
     compile_("gcc", "-std=c11", "-O2", "-ffp-contract=off", folder / "own.c", folder / "compare.c", "-lm", "-o", folder / "compare")
     compile_(folder / "compare")
 

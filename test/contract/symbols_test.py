@@ -15,7 +15,12 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LEVELS = ("x86-64-v2", "x86-64-v3", "x86-64-v4")
-TABLES = ("ksl_array_kernels", "ksl_finite", "ksl_kernels_inverse_kinematics", *(f"ksl_kernels_{file.stem}" for file in (ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp")))
+TABLES = (
+    "ksl_array_kernels",
+    "ksl_finite",
+    "ksl_kernels_inverse_kinematics",
+    *(f"ksl_kernels_{file.stem}" for file in (ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp")),
+)
 """The tables of functions that are compiled once for each level."""
 
 pytestmark = pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one instruction set only on this processor")
@@ -154,7 +159,19 @@ int main(int, char **argv) {
 
 
 def link(folder: Path, library: Path) -> Path:
-    command = ["g++", "-std=c++20", "-O1", "-I", ROOT / "include", folder / "program.cpp", library / "libksl.a", "-lpugixml", "-pthread", "-o", folder / "program"]
+    command = [
+        "g++",
+        "-std=c++20",
+        "-O1",
+        "-I",
+        ROOT / "include",
+        folder / "program.cpp",
+        library / "libksl.a",
+        "-lpugixml",
+        "-pthread",
+        "-o",
+        folder / "program",
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return folder / "program"

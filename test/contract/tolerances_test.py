@@ -6,7 +6,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/decisions/0016-tolerances.md"
 ROOMS = ("src/engine", "src/simulate", "src/description", "src/load", "include/ksl/engine", "python/ksl/checks", "python/ksl/sizing")
-NONE = {"sine_cosine.hpp": "coefficients of series", "catalogue.py": "examples of values", "large_angle.hpp": "coefficients", "dop853_coefficients.hpp": "coefficients"}
+NONE = {
+    "sine_cosine.hpp": "coefficients of series",
+    "catalogue.py": "examples of values",
+    "large_angle.hpp": "coefficients",
+    "dop853_coefficients.hpp": "coefficients",
+}
 SMALL = re.compile(r"(?<![\w.])\d+(?:\.\d+)?e-(\d+)\b")
 
 
@@ -20,7 +25,9 @@ def constants(path: Path) -> set[str]:
 def test_every_constant_is_in_the_table():
     rows = [re.sub(r"`[\w/]*/", "`", line) for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("|")]
     missing = []
-    for path in (p for room in ROOMS for p in (ROOT / room).rglob("*") if p.suffix in (".cpp", ".hpp", ".py") and ROOT / "src/engine/kernels/algorithms" not in p.parents):
+    for path in (
+        p for room in ROOMS for p in (ROOT / room).rglob("*") if p.suffix in (".cpp", ".hpp", ".py") and ROOT / "src/engine/kernels/algorithms" not in p.parents
+    ):
         for exponent in constants(path) if path.name not in NONE else ():
             if not any(f"`{path.name}`" in row and f"1e−{exponent.lstrip('0')}" in row for row in rows):
                 missing.append(f"{path.relative_to(ROOT)}: 1e-{exponent}")

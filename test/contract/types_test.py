@@ -46,5 +46,10 @@ def test_a_users_program(tmp_path):
     program.write_text(PROGRAM + WRONG)
     done = subprocess.run([sys.executable, "-m", "mypy", program], cwd=ROOT, capture_output=True, text=True)
     assert [line.rpartition(" ")[2] for line in done.stdout.splitlines() if " error: " in line] == [
-        "[arg-type]", "[assignment]", "[attr-defined]", "[attr-defined]", "[arg-type]", "[comparison-overlap]",
+        "[arg-type]",
+        "[assignment]",
+        "[attr-defined]",
+        "[attr-defined]",
+        "[arg-type]",
+        "[comparison-overlap]",
     ], done.stdout + done.stderr

@@ -44,6 +44,9 @@ def test_no_module_recognises_a_sentence_by_its_words():
     assert {file: lines for file, lines in places.items() if file not in FOREIGN} == {}
 
 
-@pytest.mark.parametrize("line", ['"xacro" in str(e)', 'str(e).endswith("first")', 'note.startswith(f"{NOT_USED}visual (")', 're.match("link ", warning)', 'str(e).replace(MEND, "x")'])
+@pytest.mark.parametrize(
+    "line",
+    ['"xacro" in str(e)', 'str(e).endswith("first")', 'note.startswith(f"{NOT_USED}visual (")', 're.match("link ", warning)', 'str(e).replace(MEND, "x")'],
+)
 def test_each_way_to_look_at_words_is_found(line):
     assert found(list(ast.walk(ast.parse(f"try:\n    pass\nexcept ValueError as e:\n    {line}")))) == [4]

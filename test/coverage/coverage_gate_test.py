@@ -39,6 +39,7 @@ int main() {
 """
 SOURCE = "include/ksl/engine/toy.hpp"
 
+
 def links(folder):
     """Whether clang links a program that writes a profile: Debian's clang comes without the library, libclang-rt holds it."""
     if not all(shutil.which(tool) for tool in ("clang++", "llvm-cov", "llvm-profdata")):
@@ -86,11 +87,15 @@ def test_what_some_instantiation_runs_counts(tmp_path, capsys):
 
 
 @compiled
-@pytest.mark.parametrize("fault, found", [
-    ("inline int unused(int x) { return x; }\n", "toy.hpp:18: never ran"),
-    ("template <class T> T nobody(T x) {\n  return x;\n}\n", "toy.hpp:19: never ran"),
-    ("template <class T> T half(T x) {\n  if constexpr (sizeof(T) > 64)\n    return x / 2;\n  return x;\n}\n", "toy.hpp:20: never ran"),
-], ids=["a function", "a template", "a discarded branch"])
+@pytest.mark.parametrize(
+    "fault, found",
+    [
+        ("inline int unused(int x) { return x; }\n", "toy.hpp:18: never ran"),
+        ("template <class T> T nobody(T x) {\n  return x;\n}\n", "toy.hpp:19: never ran"),
+        ("template <class T> T half(T x) {\n  if constexpr (sizeof(T) > 64)\n    return x / 2;\n  return x;\n}\n", "toy.hpp:20: never ran"),
+    ],
+    ids=["a function", "a template", "a discarded branch"],
+)
 def test_what_nothing_runs_is_found(tmp_path, capsys, fault, found):
     program = PROGRAM.replace("sum = ", "sum = half(0) + " if "half" in fault else "sum = ")
     assert passes(tmp_path, HEADER + fault, program) == 1
@@ -108,12 +113,16 @@ EXCLUDED = '[[exclusion]]\nfile = "include/ksl/engine/toy.hpp"\ntext = "{}"\nrea
 
 
 @compiled
-@pytest.mark.parametrize("text, status, sentence", [
-    ("int unused(", 0, ""),
-    ("return x * x", 1, "tests run all of it; remove the exclusion"),
-    ("no such text", 1, "0 lines match, expected one"),
-    ("return", 1, "lines match, expected one"),
-], ids=["right", "of what runs", "of nothing", "of several lines"])
+@pytest.mark.parametrize(
+    "text, status, sentence",
+    [
+        ("int unused(", 0, ""),
+        ("return x * x", 1, "tests run all of it; remove the exclusion"),
+        ("no such text", 1, "0 lines match, expected one"),
+        ("return", 1, "lines match, expected one"),
+    ],
+    ids=["right", "of what runs", "of nothing", "of several lines"],
+)
 def test_exclusions(tmp_path, capsys, text, status, sentence):
     fault = "inline int unused(int x) { return x; }\n"
     assert passes(tmp_path, HEADER + (fault if not status else ""), exclusions=EXCLUDED.format(text)) == status
@@ -139,9 +148,20 @@ def test_blocks_of_the_text():
     assert [list(r) for r in source_text.conditional_sections("#if A\nx\n#else\ny\n#endif\n")] == [[1, 2], [3, 4]]
 
 
-@pytest.mark.parametrize("path, part", [
-    ("include/ksl/detail/plucker.inc", "algebra"), ("include/ksl/pack.hpp", "algebra"), ("include/ksl/engine/model/model.hpp", "engine"),
-    ("include/ksl/model.hpp", "engine"), ("src/print.c", "algebra"), ("src/engine/building/model.cpp", "engine"), ("src/text/xml.cpp", "loader"),
-    ("src/batch/threads.cpp", "batch"), ("src/c_api/calls.cpp", "c_api"), ("src/engine/kernels/algorithms/mass/mass_matrix.cpp", "engine")])
+@pytest.mark.parametrize(
+    "path, part",
+    [
+        ("include/ksl/detail/plucker.inc", "algebra"),
+        ("include/ksl/pack.hpp", "algebra"),
+        ("include/ksl/engine/model/model.hpp", "engine"),
+        ("include/ksl/model.hpp", "engine"),
+        ("src/print.c", "algebra"),
+        ("src/engine/building/model.cpp", "engine"),
+        ("src/text/xml.cpp", "loader"),
+        ("src/batch/threads.cpp", "batch"),
+        ("src/c_api/calls.cpp", "c_api"),
+        ("src/engine/kernels/algorithms/mass/mass_matrix.cpp", "engine"),
+    ],
+)
 def test_every_file_belongs_to_a_part(path, part):
     assert gate.part_of(path) == part

@@ -27,8 +27,14 @@ PARTS = {
     "loader": ["src/text/*", "src/description/*", "src/load/*"],
     "batch": ["src/batch/*"],
     "c_api": ["src/c_api/*"],
-    "algebra": ["include/ksl/detail/*", "include/ksl/compat/*", "include/ksl/*.h", "src/*.c", "src/print.inc",
-                *(f"include/ksl/{name}.hpp" for name in ("algebra", "pack", "dual", "spatial"))],
+    "algebra": [
+        "include/ksl/detail/*",
+        "include/ksl/compat/*",
+        "include/ksl/*.h",
+        "src/*.c",
+        "src/print.inc",
+        *(f"include/ksl/{name}.hpp" for name in ("algebra", "pack", "dual", "spatial")),
+    ],
     "engine": ["include/ksl/engine/*", "src/engine/*", "include/ksl/*.hpp"],
 }
 LINES, BRANCHES, MOST_EXCLUSIONS = 100.0, 98.0, 20
@@ -58,8 +64,7 @@ class Count:
 
     def figures(self):
         """Percent of lines and of outcomes that ran; all if there are none."""
-        return (100 * (1 - len(self.unrun) / self.lines) if self.lines else 100.0,
-                100 * (1 - len(self.untaken) / self.outcomes) if self.outcomes else 100.0)
+        return (100 * (1 - len(self.unrun) / self.lines) if self.lines else 100.0, 100 * (1 - len(self.untaken) / self.outcomes) if self.outcomes else 100.0)
 
 
 def count_file(path, text, file):
@@ -158,11 +163,25 @@ def record(name, parts, exclusions, kept):
     for part, count in parts.items():
         lines, branches = count.figures()
         figures += ["--figure", f"lines, {part}={lines:.2f} % of {count.lines}", "--figure", f"branches, {part}={branches:.2f} % of {count.outcomes}"]
-    subprocess.run([sys.executable, ROOT / "scripts/trust/record.py", name, "--command", "make coverage", "--kept" if kept else "--broken",
-                    *figures, "--figure", f"exclusions={len(exclusions)} (test/coverage/exclusions.toml)",
-                    "--planted", "a line and a branch that no test runs, a template that nothing instantiates=caught (test/coverage/coverage_gate_test.py)",
-                    "--note", "A line or a branch of a template counts if any instantiation runs it. "
-                    "Conditions that are constant in each instantiation are no branches; what they select counts as lines."], check=True)
+    subprocess.run(
+        [
+            sys.executable,
+            ROOT / "scripts/trust/record.py",
+            name,
+            "--command",
+            "make coverage",
+            "--kept" if kept else "--broken",
+            *figures,
+            "--figure",
+            f"exclusions={len(exclusions)} (test/coverage/exclusions.toml)",
+            "--planted",
+            "a line and a branch that no test runs, a template that nothing instantiates=caught (test/coverage/coverage_gate_test.py)",
+            "--note",
+            "A line or a branch of a template counts if any instantiation runs it. "
+            "Conditions that are constant in each instantiation are no branches; what they select counts as lines.",
+        ],
+        check=True,
+    )
 
 
 def main(arguments):

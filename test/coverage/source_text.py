@@ -10,8 +10,10 @@ TOKEN = re.compile(r'[A-Za-z_]\w*|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)+\'|\d[
 
 def blanked(text):
     """The text with blanks for comments, literals and preprocessor lines; line ends and columns stay."""
+
     def blanks(match):
         return re.sub(r"[^\n]", " ", match.group())
+
     # digit separators are no characters: a quote after a digit is part of the number
     pattern = r'//[^\n]*|/\*.*?\*/|"(?:[^"\\\n]|\\.)*"|(?<![0-9a-fA-F])\'(?:[^\'\\\n]|\\.)+\'|^[ \t]*#(?:[^\n\\]|\\.|\\\n)*'
     return re.sub(pattern, blanks, text, flags=re.S | re.M)
@@ -20,8 +22,11 @@ def blanked(text):
 def code_lines(text):
     """Numbers of the lines with code: more than blanks, comments, preprocessor lines, brackets, `else`, `do` and `try`.
     __builtin_unreachable() is no code either."""
-    return {number for number, line in enumerate(blanked(text).split("\n"), 1)
-            if not re.fullmatch(r"[\s{}();,]*(else|do|try|__builtin_unreachable\(\))?[\s{}();,]*", line)}
+    return {
+        number
+        for number, line in enumerate(blanked(text).split("\n"), 1)
+        if not re.fullmatch(r"[\s{}();,]*(else|do|try|__builtin_unreachable\(\))?[\s{}();,]*", line)
+    }
 
 
 def conditional_sections(text):

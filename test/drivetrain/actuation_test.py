@@ -171,7 +171,11 @@ def test_rods_and_ankles_that_are_described_otherwise():
     light = re.sub(r'<link name="rod_right">.*?</link>', '<link name="rod_right"/>', welded, flags=re.DOTALL)
     for other in (welded, light):  # a rod without a mass is one by the loop that ends at it, and one whose mass and loop are at a link that is welded to it
         assert [rod.link for rod in ksl.load_string(other).actuation(JOINTS["two_rod_ankle"]).equations.rods] == ["rod_left", "rod_right"]
-    a, b, c = leg("two_rod_ankle"), ksl.load_string(hinges).actuation(JOINTS["two_rod_ankle"]), ksl.load_string(universal.replace("</robot>", both)).actuation(["ankle"])
+    a, b, c = (
+        leg("two_rod_ankle"),
+        ksl.load_string(hinges).actuation(JOINTS["two_rod_ankle"]),
+        ksl.load_string(universal.replace("</robot>", both)).actuation(["ankle"]),
+    )
     q = a.usable(10)
     v, acc = np.random.default_rng(1).normal(size=(2, *q.shape))
     assert [rod.link for rod in b.equations.rods] == ["rod_left", "rod_right"]

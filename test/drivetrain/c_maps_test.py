@@ -69,7 +69,8 @@ def otherwise(kind):
             links = [f"crank_{side}", f"{side}_1", f"{side}_2", f"rod_{side}"]
             places = [(f"{side}_{k}", links[k], links[k + 1], "-0.05 0 0" if k == 0 else "0 0 0", axis) for k, axis in enumerate(("1 0 0", "0 1 0", "0 0 1"))]
             hinges = "".join(
-                f'<joint name="hinge_{n}" type="continuous"><parent link="{p}"/><child link="{c}"/><origin xyz="{x}"/><axis xyz="{axis}"/></joint>' for n, p, c, x, axis in places
+                f'<joint name="hinge_{n}" type="continuous"><parent link="{p}"/><child link="{c}"/><origin xyz="{x}"/><axis xyz="{axis}"/></joint>'
+                for n, p, c, x, axis in places
             )
             text = text.replace(top, f'<link name="{side}_1"/><link name="{side}_2"/>{hinges}')
     return ksl.load_string(text).actuation(JOINTS["two_rod_ankle"])

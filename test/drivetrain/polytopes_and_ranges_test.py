@@ -112,6 +112,13 @@ def test_limits_of_a_file_are_judged_by_the_least_that_motors_give(what):
     judge = lambda given: next(x for x in judged_limits(a, {"ankle_pitch": replace(joint, **{what: given})}) if x.what == what)
     least, most = judge(1.0).least, judge(1.0).most
     assert least < most
-    for given, judgement in ((0.99 * least, "too small"), (0.9995 * least, "true"), (least, "true"), (1.0005 * least, "true"), ((least + most) / 2, "partly too large"), (1.01 * most, "too large")):
+    for given, judgement in (
+        (0.99 * least, "too small"),
+        (0.9995 * least, "true"),
+        (least, "true"),
+        (1.0005 * least, "true"),
+        ((least + most) / 2, "partly too large"),
+        (1.01 * most, "too large"),
+    ):
         assert judge(given).judgement == judgement
     assert {x.joint for x in judged_limits(a, {"ankle_pitch": joint})} == {"ankle_pitch"} and judged_limits(a, {}) == []

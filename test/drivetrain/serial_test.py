@@ -46,7 +46,9 @@ def test_efforts_near_its_place_are_better_than_without_rods(name):
     e = a.serial_errors(serial, *states)
     assert (e.root_mean_square < 0.2 * e.naive_root_mean_square).all() and (e.mean <= e.root_mean_square).all() and (e.root_mean_square <= e.largest).all()
     own = [serial.joint(joint).v_index for joint in a.joints]
-    errors = serial.inverse_dynamics(*(at_joints(serial, a.joints, x) for x in states))[:, own] - a.static_joint_efforts(states[0], a.with_rotors.motor_efforts(*states))
+    errors = serial.inverse_dynamics(*(at_joints(serial, a.joints, x) for x in states))[:, own] - a.static_joint_efforts(
+        states[0], a.with_rotors.motor_efforts(*states)
+    )
     assert_allclose(e.largest, np.abs(errors).max(axis=0), rtol=1e-10)
 
 

@@ -185,7 +185,12 @@ def of_sweeps(work: Path, moments: list[float], sizes: int) -> Found:
 
 
 def said(name: str, found: Found) -> Found:
-    print(f"{name}: {found.killed} killed, {found.interrupted} interrupted, {found.full} disks full; {len(found.faults)} faults", *found.faults, sep="\n  ", flush=True)
+    print(
+        f"{name}: {found.killed} killed, {found.interrupted} interrupted, {found.full} disks full; {len(found.faults)} faults",
+        *found.faults,
+        sep="\n  ",
+        flush=True,
+    )
     return found
 
 

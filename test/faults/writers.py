@@ -76,9 +76,7 @@ def prepare(work: Path) -> list[Writer]:
     for name, speed in (("a", 1.0), ("b", 2.0)):
         rows = "".join(f"{k / 100},{speed * (k / 100) ** 2}\n" for k in range(150))
         (work / f"{name}.csv").write_text("time,slide\n" + rows)
-        (work / f"sweep_{name}.toml").write_text(
-            f'[base]\nmotion = "{name}.csv"\n[[vary]]\nkind = "payload"\nlink = "cart"\nvalues = [0, 1, 2, 3]\n'
-        )
+        (work / f"sweep_{name}.toml").write_text(f'[base]\nmotion = "{name}.csv"\n[[vary]]\nkind = "payload"\nlink = "cart"\nvalues = [0, 1, 2, 3]\n')
     run = ksl_main
     arm = work / "arm.urdf"
 

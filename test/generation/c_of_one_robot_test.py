@@ -94,7 +94,16 @@ def test_bytes_of_code_are_about_those_of_the_readme(ur5, tmp_path):
 @pytest.mark.parametrize(("scalar", "dtype"), [("double", np.float64), ("float", np.float32)])
 def test_mimic_joints_follow_to_the_bit(tmp_path, scalar, dtype):
     m = ksl.load_string(FOLLOWED)
-    rows = {"inverse_dynamics": "va", "forward_dynamics": "vt", "mass_matrix": "", "mass_matrix_upper": "", "solve_mass_matrix": "t", "inverse_dynamics_derivatives": "va", "reactions": "va", "energy": "v"}
+    rows = {
+        "inverse_dynamics": "va",
+        "forward_dynamics": "vt",
+        "mass_matrix": "",
+        "mass_matrix_upper": "",
+        "solve_mass_matrix": "t",
+        "inverse_dynamics_derivatives": "va",
+        "reactions": "va",
+        "energy": "v",
+    }
     ksl.generate(m, [*rows, "jacobian:l2"], tmp_path, name="p", scalar=scalar)
     code, rng = compiled(tmp_path, "p"), np.random.default_rng(2)
     for _ in range(20):

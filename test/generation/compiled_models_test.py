@@ -14,7 +14,17 @@ from ksl.generation.arguments import Arguments
 from ksl.generation.batches import source
 from ksl.generation.requests import functions_of
 
-ROWS = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian:tool0", "reactions:elbow+base", "energy", "inverse_dynamics_derivatives", "relative_pose:tool0+base_link", "point_velocity:tool0"]
+ROWS = [
+    "inverse_dynamics",
+    "forward_dynamics",
+    "mass_matrix",
+    "jacobian:tool0",
+    "reactions:elbow+base",
+    "energy",
+    "inverse_dynamics_derivatives",
+    "relative_pose:tool0+base_link",
+    "point_velocity:tool0",
+]
 
 
 def states(m, n, dtype=np.float64, size=1.0):

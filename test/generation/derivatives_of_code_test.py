@@ -30,7 +30,9 @@ def test_derivatives_are_those_of_the_engine(tmp_path):
     for found, D in zip(call(code.p_forward_dynamics_vjp, (q, v, x, gravity, none, w), [6, 6, 6, 3, 10]), ur5.forward_dynamics_derivatives(q, v, x)):
         close(found, w @ D)
     weights = rng.normal(size=(2, 6))
-    for found, D in zip(call(code.p_reactions_vjp, (q, v, x, gravity, none, weights), [6, 6, 6, 3, 10]), ur5.reactions_derivatives(q, v, x, joints=["elbow", "wrist_1"])):
+    for found, D in zip(
+        call(code.p_reactions_vjp, (q, v, x, gravity, none, weights), [6, 6, 6, 3, 10]), ur5.reactions_derivatives(q, v, x, joints=["elbow", "wrist_1"])
+    ):
         close(found, np.einsum("jc,jcv->v", weights, D))
 
 

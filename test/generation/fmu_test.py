@@ -70,7 +70,10 @@ def test_joints_with_several_coordinates_agree_to_rounding(tmp_path):
 
 def test_mimic_joints_follow(tmp_path):
     m = ksl.load_string(FOLLOWED)
-    rows, s = moved(m, Fmu(ksl.fmu(m, tmp_path), tmp_path / "unpacked"), [0.1, 0.2], [0, 1], [9, 0.1]), m.simulate([0.1, 0.2], [0, 1], TIMES, efforts=[9, 0.1], method="rk4", step=FINE)
+    rows, s = (
+        moved(m, Fmu(ksl.fmu(m, tmp_path), tmp_path / "unpacked"), [0.1, 0.2], [0, 1], [9, 0.1]),
+        m.simulate([0.1, 0.2], [0, 1], TIMES, efforts=[9, 0.1], method="rk4", step=FINE),
+    )
     assert np.array_equal(rows, np.hstack([s.q, s.v, s.a, m.reactions(s.q, s.v, s.a).reshape(len(TIMES), -1)]))
 
 
@@ -113,7 +116,10 @@ def test_what_is_wrong_is_said_and_changes_nothing(ur5, arm):
         assert one.set(names, values) == ERROR and words in one.said[-1]
     assert one.get([effort]) == 0
     for time, size, words in ((0, 0, "longer than zero"), (0, np.nan, "longer than zero"), (1, 1, "where the last one ended")):
-        assert one.call("DoStep", NUMBER(time), NUMBER(size), True, *(ctypes.byref(ctypes.c_bool()) for _ in range(3)), ctypes.byref(NUMBER())) == ERROR and words in one.said[-1]
+        assert (
+            one.call("DoStep", NUMBER(time), NUMBER(size), True, *(ctypes.byref(ctypes.c_bool()) for _ in range(3)), ctypes.byref(NUMBER())) == ERROR
+            and words in one.said[-1]
+        )
     assert one.step(0, 1e6) == DISCARD and one.set([effort], [1e300]) == OK and one.step(0, 1.0) == DISCARD and "smaller step" in one.said[-1]
     assert np.array_equal(one.get(endings(ur5, "")), np.zeros(6)) and one.get(["time"]) == 0
     for function in ("EnterEventMode", "EvaluateDiscreteStates"):
@@ -167,7 +173,10 @@ def test_names_of_a_file_are_text_and_no_two_variables_have_one(tmp_path):
 def test_files_are_the_same_each_time_and_those_of_others_stay(ur5, tmp_path, monkeypatch):
     first, second = (ksl.fmu(ur5, tmp_path / f"{k}/arm.fmu", compiler="").read_bytes() for k in range(2))
     assert first == second
-    token = [ElementTree.fromstring(zipfile.ZipFile(ksl.fmu(ur5, tmp_path / f"{k}.fmu", compiler="", step=k)).read("modelDescription.xml")).get("instantiationToken") for k in (1, 2)]
+    token = [
+        ElementTree.fromstring(zipfile.ZipFile(ksl.fmu(ur5, tmp_path / f"{k}.fmu", compiler="", step=k)).read("modelDescription.xml")).get("instantiationToken")
+        for k in (1, 2)
+    ]
     assert token[0] != token[1]
     (tmp_path / "mine.fmu").write_text("mine")
     with pytest.raises(OutputError, match="--force"):
@@ -212,7 +221,9 @@ def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, options, wo
     ],
 )
 def test_the_command_says_which_option_is_wrong(tmp_path, arguments, words):
-    p = subprocess.run([sys.executable, "-m", "ksl", "generate", str(EXAMPLES / "ur5.urdf"), "-o", str(tmp_path / "out"), *arguments], capture_output=True, text=True)
+    p = subprocess.run(
+        [sys.executable, "-m", "ksl", "generate", str(EXAMPLES / "ur5.urdf"), "-o", str(tmp_path / "out"), *arguments], capture_output=True, text=True
+    )
     assert p.returncode == 2 and p.stderr.startswith(f"ksl: {words}") and not (tmp_path / "out").exists()
 
 

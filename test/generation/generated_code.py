@@ -34,6 +34,9 @@ FOLLOWED = """<robot name="gripper"><link name="palm"/>
 <joint name="thumb" type="revolute"><parent link="l0"/><child link="l1"/><origin xyz="0.1 0 0.2"/><axis xyz="0 1 0"/><limit effort="1" velocity="1" lower="-1" upper="1"/></joint>
 <joint name="finger" type="revolute"><parent link="l0"/><child link="l2"/><origin xyz="-0.1 0 0.2"/><axis xyz="0 1 0"/><mimic joint="thumb" multiplier="-0.7" offset="0.2"/>
 <limit effort="1" velocity="1" lower="-1" upper="1"/></joint></robot>""".format(
-    links="".join(f'<link name="l{k}"><inertial><origin xyz="0.01 0.02 0.1"/><mass value="{k + 1}"/><inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0.01" ixz="0" iyz="0"/></inertial></link>' for k in range(3))
+    links="".join(
+        f'<link name="l{k}"><inertial><origin xyz="0.01 0.02 0.1"/><mass value="{k + 1}"/><inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0.01" ixz="0" iyz="0"/></inertial></link>'
+        for k in range(3)
+    )
 )
 """Mimic joints."""

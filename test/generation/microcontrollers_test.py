@@ -31,7 +31,23 @@ def test_float_needs_no_double_on_a_cortex_m4f(ur5, tmp_path, compiler):
     ksl.generate(ur5, [*ALGORITHMS, "forward_dynamics", "energy"], tmp_path, name="p", scalar="float")
     (tmp_path / "math.h").write_text(MATHEMATICS)
     here = ["-target", "thumbv7em-none-eabihf", "-nostdlibinc"] if compiler == "clang" else ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard"]
-    run(compiler, *here, "-mfpu=fpv4-sp-d16", "-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-Wdouble-promotion", "-Werror", "-I.", "-c", "p.c", "-o", "p.o", cwd=tmp_path)
+    run(
+        compiler,
+        *here,
+        "-mfpu=fpv4-sp-d16",
+        "-std=c99",
+        "-O2",
+        "-ffp-contract=off",
+        "-fno-math-errno",
+        "-Wdouble-promotion",
+        "-Werror",
+        "-I.",
+        "-c",
+        "p.c",
+        "-o",
+        "p.o",
+        cwd=tmp_path,
+    )
     asked = {line.split()[-1] for line in run("nm", "-u", "p.o", cwd=tmp_path).splitlines()}
     assert asked <= {"__aeabi_l2f", "memset", "memcpy", "__aeabi_memclr4"}  # l2f rounds by integers alone
 
@@ -52,7 +68,9 @@ def test_emulated_processors_compute_the_bits_of_the_engine(ur5, tmp_path, name)
 
 
 def test_code_larger_than_the_flash_is_refused(ur5, tmp_path):
-    with pytest.raises(ValueError, match=r"flash=4000: the code takes about 4,\d+ bytes on a Cortex-M that computes float in hardware.*inverse_dynamics.*state more flash"):
+    with pytest.raises(
+        ValueError, match=r"flash=4000: the code takes about 4,\d+ bytes on a Cortex-M that computes float in hardware.*inverse_dynamics.*state more flash"
+    ):
         ksl.generate(ur5, ["inverse_dynamics"], tmp_path / "out", scalar="float", flash=4000)
     with pytest.raises(ValueError, match="flash=-1: expected a number of bytes"):
         ksl.generate(ur5, ["inverse_dynamics"], tmp_path / "out", flash=-1)
@@ -60,7 +78,9 @@ def test_code_larger_than_the_flash_is_refused(ur5, tmp_path):
     ksl.generate(ur5, ["inverse_dynamics"], tmp_path / "out", scalar="float", flash=5000)
 
 
-@pytest.mark.parametrize(("option", "value"), [("--flash", "4000"), ("--flash", "-1"), ("--scalar", "half"), ("--lanes", "3"), ("--name", "2p"), ("--undetermined", "some")])
+@pytest.mark.parametrize(
+    ("option", "value"), [("--flash", "4000"), ("--flash", "-1"), ("--scalar", "half"), ("--lanes", "3"), ("--name", "2p"), ("--undetermined", "some")]
+)
 def test_the_command_names_its_option(tmp_path, option, value):
     said = run_ksl("generate", EXAMPLES / "ur5.urdf", "--algorithms", "inverse_dynamics", option, value, "-o", tmp_path / "out")
     assert said.returncode == 2 and said.stderr.startswith(f"ksl: {option} {value}: ")
@@ -69,7 +89,13 @@ def test_the_command_names_its_option(tmp_path, option, value):
 # gcc 12.2 for Cortex-M4F in float and M7 in double, -O2: text and data as `size` counts them.
 @pytest.mark.parametrize(
     ("scalar", "algorithm", "size"),
-    [("float", "inverse_dynamics", 4504), ("float", "forward_dynamics", 13936), ("float", "inverse_dynamics_derivatives", 31312), ("double", "mass_matrix", 4820), ("double", "forward_dynamics", 15748)],
+    [
+        ("float", "inverse_dynamics", 4504),
+        ("float", "forward_dynamics", 13936),
+        ("float", "inverse_dynamics_derivatives", 31312),
+        ("double", "mass_matrix", 4820),
+        ("double", "forward_dynamics", 15748),
+    ],
 )
 def test_the_estimate_is_near_what_gcc_makes(ur5, tmp_path, scalar, algorithm, size):
     ksl.generate(ur5, [algorithm], tmp_path, name="p", scalar=scalar)

@@ -404,7 +404,9 @@ def test_a_factor_that_is_the_gear_ratio_is_named():
     b = ksl.Builder("arm").add_link("frame")
     for k, gear in enumerate((50, 101)):
         b.add_link(f"l{k}", mass=2.0, center_of_mass=(0.3, 0, 0), inertia=0.05 * np.eye(3))
-        b.add_joint(f"j{k}", "revolute", f"l{k - 1}" if k else "frame", f"l{k}", axis=(0, 1, 0), pose=ksl.Pose(np.eye(4) + 0.4 * k * np.eye(4, k=3)), gear_ratio=gear)
+        b.add_joint(
+            f"j{k}", "revolute", f"l{k - 1}" if k else "frame", f"l{k}", axis=(0, 1, 0), pose=ksl.Pose(np.eye(4) + 0.4 * k * np.eye(4, k=3)), gear_ratio=gear
+        )
     arm = b.build()
     q, v, a = periodic_motion(np.random.default_rng(0), arm, samples=100)
     (doubt, *_) = identify(arm, q, v, a, arm.inverse_dynamics(q, v, a) / (50, 101)).doubts
@@ -448,7 +450,11 @@ def test_false_alarms_are_rare(m):
 
 def chain_of_size(s, mu):
     """Three links, with lengths of s and masses of μ; gravity is the earth's."""
-    bodies = {"a": (2.0, (0.1, 0, 0.05), (0.02, 0.03, 0.04)), "b": (1.0, (0.15, 0.02, 0), (0.002, 0.01, 0.0099)), "c": (0.5, (0, 0.02, 0.1), (8e-4, 1e-3, 4e-4))}
+    bodies = {
+        "a": (2.0, (0.1, 0, 0.05), (0.02, 0.03, 0.04)),
+        "b": (1.0, (0.15, 0.02, 0), (0.002, 0.01, 0.0099)),
+        "c": (0.5, (0, 0.02, 0.1), (8e-4, 1e-3, 4e-4)),
+    }
     joints = [("w", "a", (0, 0, 0.2), "0 1 0"), ("a", "b", (0.3, 0, 0), "0 0 1"), ("b", "c", (0.25, 0, 0), "0 1 0")]
     text = '<robot name="r"><link name="w"/>'
     for name, (mass, c, i) in bodies.items():
@@ -457,7 +463,9 @@ def chain_of_size(s, mu):
         text += f'<link name="{name}"><inertial><origin xyz="{at}"/><mass value="{mu * mass!r}"/><inertia {moments} ixy="0" ixz="0" iyz="0"/></inertial></link>'
     for parent, child, at, axis in joints:
         origin = " ".join(repr(s * x) for x in at)
-        text += f'<joint name="to_{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/><origin xyz="{origin}"/><axis xyz="{axis}"/></joint>'
+        text += (
+            f'<joint name="to_{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/><origin xyz="{origin}"/><axis xyz="{axis}"/></joint>'
+        )
     return ksl.load_string(text + "</robot>")
 
 
@@ -474,7 +482,9 @@ def test_the_size_of_a_robot_does_not_enter(s, mu):
         v, a = v / np.sqrt(s), a / s
         tau = m.inverse_dynamics(q, v, a)
         tau += 0.05 * np.sqrt(np.mean(tau**2, axis=0)) * rng.normal(size=tau.shape)
-        prior = {link.name: np.array(link.parameters) * ([1.3, *[1.1] * 3, *[1.5] * 6] if link.name != "c" else [1.3, *[1.1] * 3, *[0] * 6]) for link in m.links[1:]}
+        prior = {
+            link.name: np.array(link.parameters) * ([1.3, *[1.1] * 3, *[1.5] * 6] if link.name != "c" else [1.3, *[1.1] * 3, *[0] * 6]) for link in m.links[1:]
+        }
         return identify(m, q, v, a, tau, prior=prior).parameters / units
 
     one, other = found(1.0, 1.0), found(s, mu)

@@ -27,7 +27,9 @@ def test_a_simple_pendulum(tolerance, errors):
     assert (dn > 0).all() and (error[1:] < errors).all(), error
 
 
-@pytest.mark.parametrize(("loops", "speed", "tolerance"), [*product([1, 2, 3], [1.0], TOLERANCES), *product([7], [1.37], TOLERANCES), *product([20], [1.0], [1e-6, 1e-10, 1e-13])])
+@pytest.mark.parametrize(
+    ("loops", "speed", "tolerance"), [*product([1, 2, 3], [1.0], TOLERANCES), *product([7], [1.37], TOLERANCES), *product([20], [1.0], [1e-6, 1e-10, 1e-13])]
+)
 def test_four_bars_of_equal_rods(loops, speed, tolerance):
     """A02: ten times all rods are on one line, where the mechanism may fold; velocities don't jump there, so that it remains a parallelogram."""
     m, times = equal_four_bars(loops), np.linspace(0, 10, 11)

@@ -79,7 +79,14 @@ def test_a_mechanism_that_floats(seed):
     c = determined_case("revolute", seed)
     rng = np.random.default_rng(seed)
     inside = list(c.drives)
-    m = ksl.Builder("space").add_link("world").add_link("craft", mass=3.0, inertia=np.eye(3)).add_joint("free", "floating", "world", "craft").build().with_gravity(c.model.gravity)
+    m = (
+        ksl.Builder("space")
+        .add_link("world")
+        .add_link("craft", mass=3.0, inertia=np.eye(3))
+        .add_joint("free", "floating", "world", "craft")
+        .build()
+        .with_gravity(c.model.gravity)
+    )
     m = m.merged(c.model, "craft", prefix="").with_drives(inside)
     free = m.joint("free")
     q, v = m.random(rng), rng.normal(size=m.nv)
@@ -142,7 +149,9 @@ def test_weights_stay_with_their_drives():
     frozen = m.with_frozen_joints({names[1]: float(c.q[m.joint(names[1]).q_index])})
     assert frozen.drives == (names[0], *names[2:]) and frozen.drive_weights == (1.0, *[k + 3.0 for k in range(len(names) - 2)])
     pair = m.merged(c.model, m.link_names[-1], prefix="x_")
-    assert len(pair.drive_weights) == len(pair.drives) and pair.drive_weights[: len(names)] == m.drive_weights and set(pair.drive_weights[len(names) :]) == {1.0}
+    assert (
+        len(pair.drive_weights) == len(pair.drives) and pair.drive_weights[: len(names)] == m.drive_weights and set(pair.drive_weights[len(names) :]) == {1.0}
+    )
     for bad in (0.0, -1.0, np.inf):
         with pytest.raises(ksl.DescriptionError, match=f"drive .{names[0]}.: its weight is .*; a weight is positive and finite"):
             c.model.with_drives({names[0]: bad})

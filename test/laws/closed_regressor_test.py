@@ -87,7 +87,10 @@ def test_a_motion_of_a_four_bar_identifies_what_its_drive_feels():
     """Eight combinations in the plane: mass moments of three links, two each, and two inertias, as a linkage's kinetic and potential energy have."""
     m = four_bar()
     t = np.linspace(0, 6, 200)[:, None]
-    crank = [x * np.array([1, 0, 0]) for x in (1 + 0.5 * np.sin(2 * t) + 0.3 * np.cos(3.1 * t), np.cos(2 * t) - 0.93 * np.sin(3.1 * t), -2 * np.sin(2 * t) - 2.883 * np.cos(3.1 * t))]
+    crank = [
+        x * np.array([1, 0, 0])
+        for x in (1 + 0.5 * np.sin(2 * t) + 0.3 * np.cos(3.1 * t), np.cos(2 * t) - 0.93 * np.sin(3.1 * t), -2 * np.sin(2 * t) - 2.883 * np.cos(3.1 * t))
+    ]
     q = [m.close([1.3, 0.5, 1.0], hold=["A"]).q]
     for x in crank[0]:
         q.append(m.close([x[0], *q[-1][1:]], hold=["A"]).q)

@@ -171,7 +171,9 @@ def test_refusals_say_what_to_do():
     with pytest.raises(ksl.ResultError, match="the drives leave a freedom"):
         m.with_drives([]).inverse_dynamics(q, zero, zero)
     unknown = ksl.Builder("b").add_link("g").add_link("a", mass=1.0, inertia=np.eye(3)).add_joint("j", "revolute", "g", "a", axis=(0, 0, 1))
-    unknown.add_link("c", mass=1.0, inertia=np.eye(3)).add_joint("k", "revolute", "g", "c", axis=(0, 0, 1)).add_loop("l", "cylindrical", "a", "c", axis=(0, 0, 1))
+    unknown.add_link("c", mass=1.0, inertia=np.eye(3)).add_joint("k", "revolute", "g", "c", axis=(0, 0, 1)).add_loop(
+        "l", "cylindrical", "a", "c", axis=(0, 0, 1)
+    )
     two = unknown.build()
     with pytest.raises(ksl.ResultError, match="joints that have motors are not known, and the mechanism has 2 freedoms; .* j, k"):
         two.inverse_dynamics([0, 0], [0, 0], [0, 0])
@@ -186,7 +188,10 @@ def test_refusals_say_what_to_do():
         m.mass_matrix(q)
     with pytest.raises(ValueError, match="no motion of the closed mechanism has these velocities"):
         m.consistent_velocity(q, zero + 1, given=m.joint_names)
-    flat = ksl.load_string(FOURBAR.replace("0.1 0.03 0", "0.1 0 0").replace("0.35 0.04 0.04", "0.32 0 0").replace("0.32 0.03 0", "0.32 0 0").replace("0.25 0.02 0", "0.1 0 0"), drives=["A"])
+    flat = ksl.load_string(
+        FOURBAR.replace("0.1 0.03 0", "0.1 0 0").replace("0.35 0.04 0.04", "0.32 0 0").replace("0.32 0.03 0", "0.32 0 0").replace("0.25 0.02 0", "0.1 0 0"),
+        drives=["A"],
+    )
     assert flat.mobility(np.zeros(3)).mobility == 2  # all links of this parallelogram lie on one line
     with pytest.warns(UserWarning, match="they leave freedoms"):
         v = flat.consistent_velocity(np.zeros(3), [1.0, -1.0, -3.0], given=[])
@@ -224,7 +229,9 @@ def test_rounding_of_a_body_that_keeps_its_axes_is_no_contradiction(kind, speed)
     """Two spherical joints whose accelerations cancel in the second body: what the loop sees are rounding errors of large terms.  A motion that opens it is refused."""
     b = ksl.Builder("two balls").add_link("ground")
     for name, parent in (("first", "ground"), ("second", "first")):
-        b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(name + " ball", "spherical", parent, name, xyz=(0.1, 0.2, 0.3))
+        b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(
+            name + " ball", "spherical", parent, name, xyz=(0.1, 0.2, 0.3)
+        )
     m = b.add_loop("slides", "translation", "second", "ground").build(drives=["first ball"])
     q = m.close([*np.array([0.1, 0.5, -0.2, 0.8]) / np.linalg.norm([0.1, 0.5, -0.2, 0.8]), 0, 0, 0, 1], hold=m.drives).q
     v = m.consistent_velocity(q, speed * np.array([1, -2, 3, 0, 0, 0]), m.drives)
@@ -246,7 +253,11 @@ def test_stiffnesses_decide_alike_in_small_and_large_mechanisms(size):
     measure of each other.  In a micromechanism those along axes counted as rigid."""
 
     def forces(s):
-        b = ksl.Builder("door").add_link("wall").add_link("leaf", mass=10.0, center_of_mass=(0.5 * s, 0.1 * s, 0.3 * s), inertia=np.diag([1.0, 1.0, 1.0]) * s**2)
+        b = (
+            ksl.Builder("door")
+            .add_link("wall")
+            .add_link("leaf", mass=10.0, center_of_mass=(0.5 * s, 0.1 * s, 0.3 * s), inertia=np.diag([1.0, 1.0, 1.0]) * s**2)
+        )
         b.add_joint("lower", "revolute", "wall", "leaf", axis=(0, 0, 1))
         up = np.eye(4)
         up[2, 3] = s
@@ -266,7 +277,9 @@ def test_stiffnesses_go_where_their_joints_go():
     stiff = c.model.with_stiffness({name: np.full(6, 1e6) for name in names})
     pair = stiff.merged(ksl.Builder("mast").add_link("mast", mass=1.0).build(gravity=tuple(stiff.gravity), masses="optional"), stiff.root, prefix="x_")
     assert pair.loop_names == ["L"] and pair.nv == stiff.nv
-    assert c.model.mobility(c.q).redundant or np.allclose(pair.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]), stiff.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]))
+    assert c.model.mobility(c.q).redundant or np.allclose(
+        pair.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"]), stiff.reactions(c.q, np.zeros(pair.nv), np.zeros(pair.nv), joints=["L"])
+    )
     assert stiff.without_loops().loop_names == []
     part = stiff.subtree("a0", loops="drop")
     assert part.loop_names == [] and set(part.joint_names) < set(names)
@@ -290,7 +303,10 @@ def test_stiffnesses_of_joints_that_are_reversed():
     force, moment = np.array([30.0, 50.0, -20.0]), np.array([5.0, -3.0, 8.0])
     one, two = (m.frame_pose(q, link) for link in ("coupler", "rocker"))
     at_world = np.r_[-force, -moment - np.cross(one[:3, 3], force)]  # of the second wrench
-    push = {link: np.r_[T[:3, :3].T @ f[:3], T[:3, :3].T @ (f[3:] - np.cross(T[:3, 3], f[:3]))] for link, T, f in (("coupler", one, -at_world), ("rocker", two, at_world))}
+    push = {
+        link: np.r_[T[:3, :3].T @ f[:3], T[:3, :3].T @ (f[3:] - np.cross(T[:3, 3], f[:3]))]
+        for link, T, f in (("coupler", one, -at_world), ("rocker", two, at_world))
+    }
     names = ["A", "B", "C", "D", "W"]
     how = {"joints": names, "axes": "frame", "at": "frame"}
     expected = stiff.reactions(q, still, still, push, **how)
@@ -303,7 +319,9 @@ def test_stiffnesses_of_joints_that_are_reversed():
         signs = np.array([-1.0 if name in m.support(link) else 1.0 for name in names])
         close_to(signs[:, None] * r.reactions(q_new, still, still, push, **how), expected, 1e-8)
     turning = m.with_stiffness({"A": [1e6, 2e6, 1e6, 1e5, 1e5, 1e5], "B": [1e6, 2e6, 3e6, 1e5, 1e5, 1e5]})
-    with pytest.raises(ksl.DescriptionError, match="joint B would have to be reversed to make link coupler the root, and its stiffness, which moves with its child"):
+    with pytest.raises(
+        ksl.DescriptionError, match="joint B would have to be reversed to make link coupler the root, and its stiffness, which moves with its child"
+    ):
         turning.with_root("coupler")
     assert turning.with_root("crank").root == "crank"  # the same all round the axis
 

@@ -80,7 +80,12 @@ def test_a_search_that_fails_gives_the_best_of_its_starts():
 
 def test_no_text_takes_a_search_that_failed_for_a_proof():
     """What was found is said: that no closed position was, and not that there is none."""
-    texts = [file for folder in ("python/ksl", "src", "include", "docs") for file in (ROOT / folder).rglob("*") if file.suffix in (".py", ".cpp", ".hpp", ".h", ".md")]
+    texts = [
+        file
+        for folder in ("python/ksl", "src", "include", "docs")
+        for file in (ROOT / folder).rglob("*")
+        if file.suffix in (".py", ".cpp", ".hpp", ".h", ".md")
+    ]
     texts = [file for file in texts if "decisions" not in file.parts]
     claims = re.compile(r"(can't|cannot|can not|could not)\s+be\s+closed")
     assert len(texts) > 500 and not [str(file) for file in texts if claims.search(file.read_text(encoding="utf-8"))]

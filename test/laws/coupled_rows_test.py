@@ -114,7 +114,13 @@ def test_parts_are_those_of_independent_joints_but_for_the_names(name, options):
         for part in PARTS:
             of_free = {"coupling": "actuation"}.get(part, part)
             whole = case.results(row, "free", **options)
-            for result, found, free, total in zip(row.results or [_reactions()], case.results(row, "coupled", part=part, **options), case.results(row, "free", part=of_free, **options), whole, strict=True):
+            for result, found, free, total in zip(
+                row.results or [_reactions()],
+                case.results(row, "coupled", part=part, **options),
+                case.results(row, "free", part=of_free, **options),
+                whole,
+                strict=True,
+            ):
                 expected = case.reduced(free, result.shape)
                 some = {"actuation": ~follows, "coupling": follows}.get(part, np.ones_like(follows))
                 expected = np.where(some.reshape(-1, *[1] * (expected.ndim - 2)), expected, 0)
@@ -123,7 +129,18 @@ def test_parts_are_those_of_independent_joints_but_for_the_names(name, options):
 
 def test_every_other_row_is_tested_here():
     others = {row.mimic for row in ROWS.values()} - {"projection"}
-    assert others == {"solution", "product", "inverse", "upper_triangle", "solution_derivatives", "solution_second_derivatives", "hybrid", "jump", *OPERATIONAL, "refusal"}
+    assert others == {
+        "solution",
+        "product",
+        "inverse",
+        "upper_triangle",
+        "solution_derivatives",
+        "solution_second_derivatives",
+        "hybrid",
+        "jump",
+        *OPERATIONAL,
+        "refusal",
+    }
 
 
 OPERATIONAL = ("operational_inverse", "operational_inertia", "operational_space")
@@ -252,7 +269,11 @@ def test_derivatives_are_limits_of_differences(seed):
     close(by_a, p.m.mass_matrix(q), 1e-12, np.abs(by_a).max(initial=0))
     by_q, by_v, _ = p.m.forward_dynamics_derivatives(q, v, tau, external)
     check(by_q, difference_quotients(p, lambda x: p.m.forward_dynamics(x, v, tau, external), q), 1e-9 * max(cond, 100))
-    check(by_v, np.stack([(p.m.forward_dynamics(q, v + e, tau, external) - p.m.forward_dynamics(q, v - e, tau, external)) / 2e-4 for e in step], -1), 1e-11 * max(cond, 1000))
+    check(
+        by_v,
+        np.stack([(p.m.forward_dynamics(q, v + e, tau, external) - p.m.forward_dynamics(q, v - e, tau, external)) / 2e-4 for e in step], -1),
+        1e-11 * max(cond, 1000),
+    )
     *_, by_q_and_tau = p.m.forward_dynamics_second_derivatives(q, v, tau, external)
     check(by_q_and_tau.swapaxes(1, 2), difference_quotients(p, lambda x: p.m.mass_matrix_inverse(x), q), 1e-9 * max(cond, 100))
     by_qq, by_vv, by_qv, _ = p.m.forward_dynamics_second_derivatives(q, v, tau, external)
@@ -272,6 +293,9 @@ def test_one_state_has_the_same_bits_as_many(name):
     row, case = ROWS[name], next(filter(lambda case: case and case.p.m.follower_names, map(regular, SEEDS)))
     many = case.results(row, "coupled")
     for k in range(STATES):
-        one = getattr(case.p.m, name)(*(case.given[x][k] for x in row.inputs), **case.keywords(row) | ({"external": {link: f[k] for link, f in case.external.items()}} if row.external else {}))
+        one = getattr(case.p.m, name)(
+            *(case.given[x][k] for x in row.inputs),
+            **case.keywords(row) | ({"external": {link: f[k] for link, f in case.external.items()}} if row.external else {}),
+        )
         for found, whole in zip(one if isinstance(one, tuple) else [one], many, strict=True):
             assert np.array_equal(np.triu(found), np.triu(whole[k])) if row.mimic == "upper_triangle" else np.array_equal(found, whole[k], equal_nan=True)

@@ -161,7 +161,13 @@ def test_a_start_half_a_turn_away(axis, dtype):
     """Where R − Rᵀ of the error is zero."""
     import ksl
 
-    m = ksl.Builder("wheel").add_link("ground").add_link("disc", 1.0, (0, 0, 0), np.eye(3)).add_joint("hinge", "continuous", "ground", "disc", axis=axis).build()
+    m = (
+        ksl.Builder("wheel")
+        .add_link("ground")
+        .add_link("disc", 1.0, (0, 0, 0), np.eye(3))
+        .add_joint("hinge", "continuous", "ground", "disc", axis=axis)
+        .build()
+    )
     q0 = np.array([0.3], dtype)
     target = m.frame_pose(np.array([0.3 + np.pi]), "disc").astype(dtype)
     for start in (q0, q0 + dtype(1e-3), q0 - dtype(1e-6)):

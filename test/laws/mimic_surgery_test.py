@@ -89,7 +89,9 @@ def test_a_chain_of_followers_may_lose_what_is_between():
     m = load_text(text)
     part = m.subtree("a")
     assert couplings(part) == couplings(m)
-    text = text.replace('name="first" type="revolute"><origin xyz="0.3 0 0.1"/><parent link="a"/>', 'name="first" type="revolute"><origin xyz="0.3 0 0.1"/><parent link="f"/>')
+    text = text.replace(
+        'name="first" type="revolute"><origin xyz="0.3 0 0.1"/><parent link="a"/>', 'name="first" type="revolute"><origin xyz="0.3 0 0.1"/><parent link="f"/>'
+    )
     text = text.replace("</robot>", LINK.format("f") + JOINT.format("zeroth", "fixed", "a", "f", "") + "</robot>")
     m = load_text(text)
     assert couplings(m.subtree("f")) == {"third": ("first", -1, 0.45)} and m.subtree("f").link_names == ["f", "b", "d", "e"]

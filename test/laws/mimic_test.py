@@ -94,7 +94,7 @@ def test_a_chain_of_followers_has_one_leader():
         (('<mimic joint="k"/>', "", ""), "fixed", ["joint j", '"k"', "is fixed"]),
         (('<mimic joint="k"/>', "", ""), "spherical", ["joint j", '"k"', "spherical", "3 coordinates", "independent"]),
         (("", '<mimic joint="j"/>', ""), "floating", ["joint k", "floating", "6 coordinates"]),
-        (('<mimic/>', "", ""), "prismatic", ["joint j", "names no joint"]),
+        (("<mimic/>", "", ""), "prismatic", ["joint j", "names no joint"]),
     ],
 )
 def test_mimics_that_can_not_be_coupled_are_refused(mimics, kind, words):

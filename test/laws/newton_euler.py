@@ -50,7 +50,16 @@ def read_tree(text: str) -> Tree:
     robot = ET.fromstring(text)
     links = {e.get("name"): read_link(e) for e in robot.findall("link")}
     joints = [
-        Joint(e.get("name"), e.get("type"), e.find("parent").get("link"), e.find("child").get("link"), read_origin(e), read_axis(e), read_pitch(e), read_axis(e, "axis2"))
+        Joint(
+            e.get("name"),
+            e.get("type"),
+            e.find("parent").get("link"),
+            e.find("child").get("link"),
+            read_origin(e),
+            read_axis(e),
+            read_pitch(e),
+            read_axis(e, "axis2"),
+        )
         for e in robot.findall("joint")
     ]
     (root,) = set(links) - {j.child for j in joints}

@@ -7,7 +7,10 @@ from hypothesis import strategies as st
 
 from random_tree import load_text, random_external, random_states, random_tree
 
-OPTIONS = [dict(axes=a, at=p, order=o) for a, p, o in (("frame", "frame", "lin_ang"), ("world", "frame", "ang_lin"), ("world", "world", "lin_ang"), ("frame", "world", "ang_lin"))]
+OPTIONS = [
+    dict(axes=a, at=p, order=o)
+    for a, p, o in (("frame", "frame", "lin_ang"), ("world", "frame", "ang_lin"), ("world", "world", "lin_ang"), ("frame", "world", "ang_lin"))
+]
 
 
 def stacked(call, names, **how):

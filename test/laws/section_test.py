@@ -27,7 +27,9 @@ def tree(cut: bool) -> str:
     """An arm whose second link is one piece, or two that are welded at z = 0.3."""
     near, far, shift = NEAR, FAR, (0.0, 0.0, 0.3)
     if cut:
-        middle = f'<link name="middle">{inertial(near)}</link><link name="far">{inertial(far)}</link>' + JOINT.format("weld", "fixed", "0 0 0.3", "0 0 0", "middle", "far")
+        middle = f'<link name="middle">{inertial(near)}</link><link name="far">{inertial(far)}</link>' + JOINT.format(
+            "weld", "fixed", "0 0 0.3", "0 0 0", "middle", "far"
+        )
         last = JOINT.format("j3", "revolute", "0.1 0 0.4", "0.3 0 0", "far", "tip")
     else:
         (m1, h1, I1), (m2, h2, I2) = about_origin(near), about_origin(far, shift)
@@ -49,7 +51,9 @@ def test_a_section_carries_what_a_weld_in_its_place_does(floating):
     rng = np.random.default_rng(1)
     q, v, a = random_states(cut, rng, 6)
     order = list(whole.joint_names)
-    columns = lambda m, size, start: np.concatenate([np.arange(getattr(m.joint(n), start), getattr(m.joint(n), start) + getattr(m.joint(n), size)) for n in order])
+    columns = lambda m, size, start: np.concatenate(
+        [np.arange(getattr(m.joint(n), start), getattr(m.joint(n), start) + getattr(m.joint(n), size)) for n in order]
+    )
     to_q, to_v = np.empty_like(q), [np.empty_like(v), np.empty_like(a)]
     to_q[:, columns(whole, "nq", "q_index")] = q[:, columns(cut, "nq", "q_index")]
     for x, y in zip(to_v, (v, a)):
@@ -106,7 +110,13 @@ def linkage(sawn: bool, rod_is_successor: bool, spring_first: bool) -> ksl.Model
     c = h / mass
     whole = {"mass": mass, "center_of_mass": c, "inertia": I - mass * (c @ c * np.eye(3) - np.outer(c, c))}
     half = lambda part: {"mass": part[1], "center_of_mass": part[0], "inertia": np.diag(part[2]) + COUPLING}
-    b = ksl.Builder("linkage").add_link("ground").add_link("crank", **half(FAR)).add_link("rod", **(half(NEAR) if sawn else whole)).add_link("rocker", **half(FAR))
+    b = (
+        ksl.Builder("linkage")
+        .add_link("ground")
+        .add_link("crank", **half(FAR))
+        .add_link("rod", **(half(NEAR) if sawn else whole))
+        .add_link("rocker", **half(FAR))
+    )
     b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1)).add_joint("E", "continuous", "ground", "rocker", pose=at(0.3, 0.1, 0), axis=(1, 0.2, 0))
     b.add_joint("U", "universal", "crank", "rod", pose=at(0.1), axis=(0, 0, 1), axis2=(0, 1, 0))
     end = "rod"
@@ -138,7 +148,12 @@ def test_sections_of_a_closed_mechanism_with_springs(rod_is_successor, spring_fi
     a = whole.consistent_acceleration(q, v, 3 * rng.normal(size=4), given=["A"])
     external = {"rod": rng.normal(size=6), "rocker": rng.normal(size=6)}
     expected = cut.reactions(q, v, a, external, joints=["weld"])[0]
-    assert np.abs(expected - whole.with_physics([]).section_wrench(q, v, a, "rod", (0.2, 0, 0), (1, 0, 0), share=about_origin(FAR, (0.2, 0, 0)), external=external)).max() > 1
+    assert (
+        np.abs(
+            expected - whole.with_physics([]).section_wrench(q, v, a, "rod", (0.2, 0, 0), (1, 0, 0), share=about_origin(FAR, (0.2, 0, 0)), external=external)
+        ).max()
+        > 1
+    )
     for beyond in (None, ["L"]):
         found = whole.section_wrench(q, v, a, "rod", (0.2, 0, 0), (1, 0, 0), share=about_origin(FAR, (0.2, 0, 0)), beyond=beyond, external=external)
         assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()

@@ -93,7 +93,9 @@ def test_far_from_the_worlds_origin(examples):
 
 def test_a_rigid_robot(examples):
     """Nothing moves: no centre of mass, and no momentum."""
-    m = load_text('<robot name="r"><link name="a"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+    m = load_text(
+        '<robot name="r"><link name="a"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
     q = np.zeros(0)
     assert np.isnan(m.center_of_mass(q)).all() and np.isnan(m.center_of_mass_velocity(q, q)).all()
     assert np.array_equal(m.centroidal_momentum(q, q), np.zeros(6)) and np.array_equal(m.centroidal_momentum_rate(q, q, q), np.zeros(6))

@@ -47,7 +47,10 @@ def rows(arm, text: str, joint: str = "pin") -> dict[str, dict[str, np.ndarray]]
     (folder / "cases.toml").write_text(text)
     table = ksl.compute_loads(m, cases=folder / "cases.toml").wrenches
     of = lambda name: table.filter(pc.and_(pc.equal(table["joint"], joint), pc.equal(table["case"], name)))
-    return {name: {c: of(name)[c].to_numpy() for c in table.column_names if c not in ("case", "joint", "on", "at", "axes")} for name in table["case"].unique().to_pylist()}
+    return {
+        name: {c: of(name)[c].to_numpy() for c in table.column_names if c not in ("case", "joint", "on", "at", "axes")}
+        for name in table["case"].unique().to_pylist()
+    }
 
 
 def test_payload_gravity_and_mounting(arm):
@@ -161,7 +164,11 @@ hold = { pose = { pin = 1.0 } }
     assert not found["held"]["effort"].any() and not found["held"]["power"].any()
     assert found["held"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10)
     assert found["held"]["fz"] == pytest.approx([WEIGHT] * 10), "the wrench is the same"
-    assert found["damped"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10) and not found["damped"]["effort"].any() and np.isnan(found["damped"]["damping"]).all()
+    assert (
+        found["damped"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10)
+        and not found["damped"]["effort"].any()
+        and np.isnan(found["damped"]["damping"]).all()
+    )
     assert found["parked"]["brake"] == pytest.approx([-WEIGHT * LENGTH * np.cos(1)]), "one sample"
     assert found["parked"]["position"] == pytest.approx([1])
 
@@ -236,7 +243,9 @@ def test_the_worst_start_is_the_worst_of_all(spinning):
 
 def test_numbers_beyond_the_range_are_a_sentence_that_names_the_case(spinning):
     """Each number is finite, and the efforts of a stop under them are not."""
-    text = '[cases.far]\nmotion = "m.csv"\ngravity = [1e308, 1e308, 0]\npayloads = [{ link = "beam", mass = 2, center = [2.5, 0, 0.1] }]\nstop = { time = 1.5 }\n'
+    text = (
+        '[cases.far]\nmotion = "m.csv"\ngravity = [1e308, 1e308, 0]\npayloads = [{ link = "beam", mass = 2, center = [2.5, 0, 0.1] }]\nstop = { time = 1.5 }\n'
+    )
     with pytest.raises(ksl.CaseError, match=r"case far: the stop from 0 s: .*too large.*; check the units of positions"):
         cases(spinning, text)
 

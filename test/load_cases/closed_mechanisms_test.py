@@ -94,7 +94,9 @@ def test_joints_that_a_file_of_stiffnesses_leaves_out_are_named(fourbar):
     assert sorted(joints_without(fourbar, ["A", "C"])) == ["B", "D"] and joints_without(fourbar, "ABCD") == []
 
 
-@pytest.mark.parametrize("placement", [{}, {"axes": "world", "at": "world"}, {"axes": "rocker", "on": "parent"}, {"at": "rocker"}, {"at": {"C": (0.1, 0.2, -0.1)}}])
+@pytest.mark.parametrize(
+    "placement", [{}, {"axes": "world", "at": "world"}, {"axes": "rocker", "on": "parent"}, {"at": "rocker"}, {"at": {"C": (0.1, 0.2, -0.1)}}]
+)
 def test_what_is_open_is_what_stiffnesses_change(fourbar, placement):
     """No stiffness changes a component that is said to be determined, and each of the others is changed by some."""
     motion, rng = of_drive(fourbar, "A", TURN), np.random.default_rng(1)
@@ -108,7 +110,9 @@ def test_what_is_open_is_what_stiffnesses_change(fourbar, placement):
         run = ksl.compute_loads(stiff, motion, **placement)
         assert run.cases[0].undetermined.components == {}
         changed = np.maximum(changed, np.abs(np.concatenate([b.total for b in run.cases[0].blocks()]) - rigid).max(axis=0))
-    found = {name: tuple(c for c, x in zip(("fx", "fy", "fz", "tx", "ty", "tz"), row, strict=True) if x > 1e-6) for name, row in zip(joints, changed, strict=True)}
+    found = {
+        name: tuple(c for c, x in zip(("fx", "fy", "fz", "tx", "ty", "tz"), row, strict=True) if x > 1e-6) for name, row in zip(joints, changed, strict=True)
+    }
     assert {name: components for name, components in found.items() if components} == said
 
 
@@ -241,7 +245,9 @@ def test_the_worst_pose_is_the_worst_of_a_scan(robot):
 
 
 def test_more_drives_than_freedoms_are_a_doubt(robot):
-    run = ksl.compute_loads(robot(FOURBAR, drives=["A", "D"]), ksl.compute_loads(robot(FOURBAR, drives=["A"]), of_drive(robot(FOURBAR), "A", TURN)).cases[0].motion)
+    run = ksl.compute_loads(
+        robot(FOURBAR, drives=["A", "D"]), ksl.compute_loads(robot(FOURBAR, drives=["A"]), of_drive(robot(FOURBAR), "A", TURN)).cases[0].motion
+    )
     assert "A, D: 2 drives move 1 freedom: efforts are those of least norm" in " ".join(run.verdict.reasons)
     brace = '<constraint name="F" type="fixed"><parent link="frame"/><child link="crank"/></constraint></robot>'
     rigid = ksl.compute_loads(robot(FOURBAR.replace("</robot>", brace), drives=["A"]), (TIME, np.zeros((len(TIME), 3))))

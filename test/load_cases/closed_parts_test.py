@@ -28,7 +28,15 @@ def joint(name, kind="revolute", n=1, leader=None):
     return Joint(name, kind, "a", "b", n, n, 0, 0, (0.0, 0.0, 2.0), has_axis=n == 1, has_angle=kind != "prismatic", leader=leader)
 
 
-TREE = [joint("A"), joint("slide", "prismatic"), joint("screw", "helical"), joint("leads"), joint("follows", leader="leads"), joint("weld", "fixed", 0), joint("ball", "spherical", 3)]
+TREE = [
+    joint("A"),
+    joint("slide", "prismatic"),
+    joint("screw", "helical"),
+    joint("leads"),
+    joint("follows", leader="leads"),
+    joint("weld", "fixed", 0),
+    joint("ball", "spherical", 3),
+]
 
 
 @pytest.mark.parametrize(
@@ -69,7 +77,12 @@ def test_freedoms_are_those_with_the_drives_at_zero(robot, drives):
 
 
 def test_joints_that_a_pose_names(robot):
-    m = robot(FOURBAR.replace('<link name="frame"/>', '<link name="frame"/><link name="e"/><joint name="free" type="floating"><parent link="frame"/><child link="e"/></joint>'), drives=["A"])
+    m = robot(
+        FOURBAR.replace(
+            '<link name="frame"/>', '<link name="frame"/><link name="e"/><joint name="free" type="floating"><parent link="frame"/><child link="e"/></joint>'
+        ),
+        drives=["A"],
+    )
     assert named_joints(m, None) == [] and named_joints(m, np.zeros(m.nq)) == [j.name for j in m.joints[:4]]
     assert sorted(named_joints(m, {"A": 1.0, "free.y": 2.0})) == ["A", "free"] and named_joints(m, {"free": [0] * 7}) == ["free"]
 
@@ -95,7 +108,9 @@ def test_what_is_searched_of_a_closed_mechanism(robot, fourbar):
     """Its drives; or what leaves as many free, where joints that follow stay.  Every second random pose is drawn nearer to the beginning, by k⁴."""
     start = fourbar.close(fourbar.neutral(), hold=["A"]).q
     moving = fourbar.joints[:3]
-    assert [j.name for j in reach_of(fourbar, start, set()).searched(moving)] == ["A"] and [j.name for j in reach_of(fourbar, start, {"D"}).searched(moving)] == ["D"]
+    assert [j.name for j in reach_of(fourbar, start, set()).searched(moving)] == ["A"] and [
+        j.name for j in reach_of(fourbar, start, {"D"}).searched(moving)
+    ] == ["D"]
     tree = Reach(fourbar, start, None)
     assert tree.searched(moving) == list(moving)
     tried = np.random.default_rng(2).random((9, 2))
@@ -216,7 +231,9 @@ def test_positions_of_loop_joints(kind, pitch, begin):
         poses.append([link, link @ frames[0] @ moved @ np.linalg.inv(frames[1])])
     still = lambda *_, **__: np.zeros((15, 2, 6))
     model = SimpleNamespace(frame_poses=lambda *_: np.array(poses), frame_velocities=still, frame_accelerations=still)
-    loop = SimpleNamespace(predecessor="a", successor="b", axis=tuple(axis), kind=kind, pitch=pitch, predecessor_pose=frames[0].ravel(), successor_pose=frames[1].ravel())
+    loop = SimpleNamespace(
+        predecessor="a", successor="b", axis=tuple(axis), kind=kind, pitch=pitch, predecessor_pose=frames[0].ravel(), successor_pose=frames[1].ravel()
+    )
     found = loop_motion._of_loop(model, loop, *np.zeros((3, 15, 1))).position
     assert found == pytest.approx(x - 2 * np.pi * np.round(begin / (2 * np.pi)) if kind != "prismatic" and not pitch else x, abs=1e-9)
 
@@ -231,7 +248,9 @@ def test_points_about_which_is_looked_what_is_open():
         assert own @ [*point, 1] == pytest.approx([*origin, 1])
     point, force = np.array([1.0, 2, 3]), np.array([0.0, 5, 0])
     model.frame_poses = lambda q, names: np.array([own])
-    ((here, turned_there),) = undetermined._placed(model, None, (joint("A"),), np.array([[[*force, *np.cross(point, force)]]]), Placement(at=tuple(point), axes="hand"))
+    ((here, turned_there),) = undetermined._placed(
+        model, None, (joint("A"),), np.array([[[*force, *np.cross(point, force)]]]), Placement(at=tuple(point), axes="hand")
+    )
     assert here == pytest.approx(np.array([[*force, 0, 0, 0]])) and turned_there[0, :3] == pytest.approx(link[:3, :3].T @ own[:3, :3] @ force)
     assert undetermined._point(model, None, (1, 2, 3), own).tolist() == [1, 2, 3]
     assert undetermined._axes(model, None, "world").tolist() == np.eye(3).tolist() and undetermined._axes(model, None, "hand") == pytest.approx(link[:3, :3])

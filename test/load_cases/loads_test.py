@@ -229,10 +229,7 @@ def test_positions_beyond_their_limits_are_said(robot):
     m = robot(PENDULUM.replace("continuous", "revolute").replace('effort="0.1"', 'lower="-1" upper="0.5" effort="500"'))
     t = np.linspace(0, 2, 50)
     motion = Motion(t, np.linspace(-2, 1, 50)[:, None], np.zeros((50, 1)), np.zeros((50, 1)))
-    assert exceeded_limits(m, motion) == [
-        "pin: position -2 rad is beyond the lower limit -1 rad",
-        "pin: position 1 rad is beyond the upper limit 0.5 rad",
-    ]
+    assert exceeded_limits(m, motion) == ["pin: position -2 rad is beyond the lower limit -1 rad", "pin: position 1 rad is beyond the upper limit 0.5 rad"]
 
 
 # the power balance
@@ -273,7 +270,9 @@ def test_numbers_don_t_depend_on_when_the_clock_begins(robot):
     first, later = (ksl.compute_loads(m, (t + begin, *motion)) for begin in (0.0, 64.0))
     for x, y in zip(first.rows, later.rows, strict=True):
         numbers = {name: value for name, value in x.items() if isinstance(value, float)}
-        assert len(numbers) >= 5 and all(y[name] - (64.0 if "time" in name else 0.0) == pytest.approx(value, rel=1e-9, abs=1e-12, nan_ok=True) for name, value in numbers.items())
+        assert len(numbers) >= 5 and all(
+            y[name] - (64.0 if "time" in name else 0.0) == pytest.approx(value, rel=1e-9, abs=1e-12, nan_ok=True) for name, value in numbers.items()
+        )
     assert first.rows[0]["effort_rms"] == pytest.approx(np.sqrt(np.trapezoid(m.inverse_dynamics(*motion)[:, 0] ** 2, t) / 2), rel=1e-5)
 
 

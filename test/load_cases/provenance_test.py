@@ -54,7 +54,14 @@ def test_metadata_names_all_that_made_the_results(two):
     model = ksl.load(robot)
     assert [j["name"] for j in said["joints"]] == [j.name for j in model.joints]
     pan = said["joints"][0]
-    assert (pan["kind"], pan["axis"], pan["parent"], pan["child"], pan["velocity"], pan["effort"]) == ("revolute", [0, 0, 1], "base_link", "shoulder_link", 3.14, 150)
+    assert (pan["kind"], pan["axis"], pan["parent"], pan["child"], pan["velocity"], pan["effort"]) == (
+        "revolute",
+        [0, 0, 1],
+        "base_link",
+        "shoulder_link",
+        3.14,
+        150,
+    )
     assert said["units"].startswith("s, N, N m") and "constraint_" in said["conventions"]
 
 

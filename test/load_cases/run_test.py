@@ -90,7 +90,9 @@ def test_what_files_and_calls_give_a_run(flange, tmp_path):
     carried = [Payload("tool", 1.0, (0, 0, 0))]
     recorded = ksl.compute_loads(flange.with_payload("tool", 1.0), held(flange), payloads=carried)
     assert force(recorded) == pytest.approx((MASS + 1) * G, rel=1e-12) and recorded.provenance.cases[0]["payloads"][0]["mass"] == 1
-    mixed, world, own = (ksl.compute_loads(flange, held(flange), at=at).wrenches.to_pylist() for at in ({None: "world", "flange": (0, 0, 1)}, "world", {"flange": (0, 0, 1)}))
+    mixed, world, own = (
+        ksl.compute_loads(flange, held(flange), at=at).wrenches.to_pylist() for at in ({None: "world", "flange": (0, 0, 1)}, "world", {"flange": (0, 0, 1)})
+    )
     assert [row["ty"] for row in mixed[:3]] == [(own if row["joint"] == "flange" else world)[i]["ty"] for i, row in enumerate(mixed[:3])]
     for given, said in (({"external": {"tool": np.zeros(6)}}, "external = "), ({"payloads": payload}, "each load case has the model")):
         with pytest.raises(ksl.MotionError, match=said):

@@ -45,7 +45,8 @@ def test_what_brakes_hold_where_nothing_is_said(robot):
 
 
 @pytest.mark.parametrize(
-    ("pose", "followed", "follows"), [(None, FOLLOWED, True), ({}, FOLLOWED, False), (None, None, False), (None, Motion(np.array([1.0]), *np.zeros((3, 1, 1))), False)]
+    ("pose", "followed", "follows"),
+    [(None, FOLLOWED, True), ({}, FOLLOWED, False), (None, None, False), (None, Motion(np.array([1.0]), *np.zeros((3, 1, 1))), False)],
 )
 def test_a_controller_follows_the_motion_or_holds_the_pose(robot, pose, followed, follows):
     m, q = robot(ROD), np.array([0.25])
@@ -145,5 +146,7 @@ def test_joints_that_loops_move_do_not_stand():
     opened, terms = np.einsum("nij,nj->ni", K, motion.resolved_v), np.einsum("nij,nj->ni", np.abs(K), np.abs(motion.v))
     assert (np.abs(opened) <= 1e-9 * terms + 1e-15).all() and motion.stands[0].all()
     m.inverse_dynamics(motion.q, motion.resolved_v, motion.resolved_a)
-    braked, _ = simulated_motion(m, Simulated(until=0.05, pose={"beta": -0.0617}, velocity={"beta": 1.0}, brake_at=0.0, brake={"beta": 0.5}, rate=2000), None, [])
+    braked, _ = simulated_motion(
+        m, Simulated(until=0.05, pose={"beta": -0.0617}, velocity={"beta": 1.0}, brake_at=0.0, brake={"beta": 0.5}, rate=2000), None, []
+    )
     assert braked.stands[-1].all() and braked.held[-1].all(), "a mechanism that stands does so with all joints"

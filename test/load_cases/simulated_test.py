@@ -88,7 +88,9 @@ def test_an_emergency_stop_under_brakes(panda):
     assert case.motion.time[0] == pytest.approx(1.0, abs=0.01) and np.abs(case.motion.v[-1]).max() < 1e-12
     assert any("brakes engage at 1 s" in note and "sticks" in note for note in case.motion.source.notes)
     rubbed = case_of(panda, "until = 0.1, friction = 1.0")
-    assert any("drives, brakes and dry friction together" in note for note in rubbed.motion.source.notes) and not any("together" in note for note in case.motion.source.notes)
+    assert any("drives, brakes and dry friction together" in note for note in rubbed.motion.source.notes) and not any(
+        "together" in note for note in case.motion.source.notes
+    )
 
 
 REFUSED = {
@@ -136,10 +138,7 @@ def test_a_run_begins_in_the_state_of_a_file(tmp_path):
     """As in that of a motion, which without a controller nothing follows; or in a pose, at rest."""
     (tmp_path / "pose.toml").write_text("panda_joint4 = -1.5\n")
     end = ("--until", "1.25", "-o")
-    for one, other in (
-        (("--start", PICK, "--from-time", "1.2"), (PICK, "--from-time", "1.2")),
-        (("--start", "pose.toml"), ("--pose", "panda_joint4=-1.5")),
-    ):
+    for one, other in ((("--start", PICK, "--from-time", "1.2"), (PICK, "--from-time", "1.2")), (("--start", "pose.toml"), ("--pose", "panda_joint4=-1.5"))):
         for options, folder in ((one, "one"), (other, "other")):
             done = run_ksl("simulate", PANDA, *options, *end, folder, "--force", cwd=tmp_path)
             assert done.returncode == 0, done.stderr

@@ -213,7 +213,9 @@ def test_the_worst_of_rows_by_sign():
     assert [worst[f"{n}_case"] for n in ("position_lowest", "position_highest", "work_negative", "power_mean")] == ["a", "b", "a", "a"]
     small = {"position_lowest": -0.05, "position_highest": 0.05, "work_negative": -0.05, "power_mean": 0.05}
     (worst,) = worst_rows([rows[0] | dict.fromkeys(small, none) for none in (0.0, None)] + [rows[1] | small])
-    assert {name: (worst[name], worst[f"{name}_case"]) for name in small} == {name: (x, "b") for name, x in small.items()}, "zero, or no number, is less than a small one"
+    assert {name: (worst[name], worst[f"{name}_case"]) for name in small} == {name: (x, "b") for name, x in small.items()}, (
+        "zero, or no number, is less than a small one"
+    )
 
 
 def test_cases_that_govern_come_first():
@@ -399,7 +401,10 @@ def test_many_files_are_one_line(count, lines):
 
 
 def test_a_payload_on_a_robot_without_masses_is_none_of_grams(robot):
-    m = robot('<robot name="r"><link name="wall"/><link name="rod"/><joint name="pin" type="continuous"><parent link="wall"/><child link="rod"/><axis xyz="0 0 1"/></joint></robot>', masses="optional")
+    m = robot(
+        '<robot name="r"><link name="wall"/><link name="rod"/><joint name="pin" type="continuous"><parent link="wall"/><child link="rod"/><axis xyz="0 0 1"/></joint></robot>',
+        masses="optional",
+    )
     case = LoadCase(m.with_payload("rod", 500, (0, 0, 0)), Motion(np.zeros(1), *np.zeros((3, 1, 1))), payloads=[Payload("rod", 500.0, (0.0, 0.0, 0.0))])
     assert not [line for line in compute(case).doubts if "grams" in line]
 
@@ -748,7 +753,15 @@ def test_keys_of_a_simulation():
         others = needs.get(key, {})
         assert simulated_of("x", {key: x, **others}) == Simulated(**{name: x, **others})
     usual = Simulated()
-    assert (usual.controller, usual.stiffness, usual.damping, usual.rate, usual.method, usual.rtol, usual.atol) == ("none", 0.0, 0.0, 250.0, "dop853", 1e-9, 1e-9), "docs/cases.md"
+    assert (usual.controller, usual.stiffness, usual.damping, usual.rate, usual.method, usual.rtol, usual.atol) == (
+        "none",
+        0.0,
+        0.0,
+        250.0,
+        "dop853",
+        1e-9,
+        1e-9,
+    ), "docs/cases.md"
     for wrong in ({"pose": 3}, {"velocity": 3.0}, {"rate": True}, {"rate": np.inf}, {"stiffness": {"pin": "x"}}, {"method": 4}, {"until": "1"}, 3):
         with pytest.raises(CaseError, match="^x"):
             simulated_of("x", wrong)
@@ -764,7 +777,12 @@ def test_physics_of_a_case(robot, tmp_path):
     """Names, or the width of friction alone; what adds joints is refused, since cases of one run have the same."""
     read = files_beside(tmp_path)
     m = robot(ROD.replace("</joint>", '<dynamics damping="0.5" rotor_inertia="0.001" gear_ratio="50"/></joint>'), physics=["damping"])
-    for keys, names, width in (("", ("damping",), 0.01), ("friction_width = 0.3", ("damping",), 0.3), ("physics = ['rotor']", ("rotor",), 0.01), ("physics = []\nfriction_width = 0.2", (), 0.2)):
+    for keys, names, width in (
+        ("", ("damping",), 0.01),
+        ("friction_width = 0.3", ("damping",), 0.3),
+        ("physics = ['rotor']", ("rotor",), 0.01),
+        ("physics = []\nfriction_width = 0.2", (), 0.2),
+    ):
         (case,) = read(m, f"motion = 'm.csv'\n{keys}")
         assert (case.model.physics, case.model.friction_width) == (names, width), keys
     with pytest.raises(CaseError, match='case a: physics "rotor bodies" adds joints'):
@@ -775,7 +793,10 @@ def test_physics_of_a_case(robot, tmp_path):
 def test_wrenches_in_axes_of_the_world(robot, tmp_path, axes):
     """Of a rod that has turned by 90°: the world's y is minus its x."""
     read = files_beside(tmp_path)
-    (case,) = read(robot(ROD), f"hold = {{ pose = {{ pin = 1.5707963267948966 }} }}\nexternal = [{{ link = 'rod', wrench = [0, 3, 0, 0, 0, 2], axes = '{axes}', point = [0.5, 0, 0] }}]")
+    (case,) = read(
+        robot(ROD),
+        f"hold = {{ pose = {{ pin = 1.5707963267948966 }} }}\nexternal = [{{ link = 'rod', wrench = [0, 3, 0, 0, 0, 2], axes = '{axes}', point = [0.5, 0, 0] }}]",
+    )
     assert case.external["rod"][0] == pytest.approx([3, 0, 0, 0, 0, 2], abs=1e-12)
 
 

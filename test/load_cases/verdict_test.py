@@ -133,13 +133,19 @@ def test_limits_that_are_not_given_forbid_green(tmp_path):
 def test_notes_are_in_order_of_weight(tmp_path):
     p = run(tmp_path, np.full(8, 4.0), robot=PENDULUM.replace('effort="18"', 'effort="0"').replace("</joint>", "</joint><gazebo/>"))
     notes = [line for line in p.stdout.splitlines() if line.startswith(("  doubt: ", "note: "))]
-    assert [next(i for i, word in enumerate(("not compared", "beyond", "differentiated", "not used")) if word in note) for note in notes] == [1, 2, 3, 0], "what concerns the verdict is beside it"
+    assert [next(i for i, word in enumerate(("not compared", "beyond", "differentiated", "not used")) if word in note) for note in notes] == [1, 2, 3, 0], (
+        "what concerns the verdict is beside it"
+    )
 
 
 def test_a_payload_in_grams_is_suspected(tmp_path):
     """Below a red verdict, too, the suspicion stands beside it."""
     p = run(tmp_path, np.zeros(8), "--payload", "500,1,0,0", "--on-link", "rod")
-    assert p.stdout.splitlines()[-1].startswith("verdict: RED") and "the payload on rod has 500 kg" in p.stdout.splitlines()[-2] and "grams?" in p.stdout.splitlines()[-2]
+    assert (
+        p.stdout.splitlines()[-1].startswith("verdict: RED")
+        and "the payload on rod has 500 kg" in p.stdout.splitlines()[-2]
+        and "grams?" in p.stdout.splitlines()[-2]
+    )
     assert "grams?" not in run(tmp_path, np.zeros(8), "--payload", "2", "--on-link", "rod").stdout
 
 

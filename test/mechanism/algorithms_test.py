@@ -270,13 +270,18 @@ class Loaded:
             request = [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))]
         elif row.request in ("frame", "frames", "relative"):
             which = {"frame": LINKS[:1], "frames": [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))], "relative": LINKS[:2]}
-            request = [*which[row.request], ctypes.byref(FrameOptions(1, 0, row.keywords != "point", row.keywords == "kind", tuple(OFFSET) if row.request != "frames" else (0, 0, 0)))]
+            request = [
+                *which[row.request],
+                ctypes.byref(FrameOptions(1, 0, row.keywords != "point", row.keywords == "kind", tuple(OFFSET) if row.request != "frames" else (0, 0, 0))),
+            ]
         elif row.request in ("joints", "reactions"):
             joints = np.arange(len(self.m.joint_names), dtype=np.int32)
             request = [len(joints), ctypes.c_void_p(keep(joints)), None]
         request += [1] if row.keywords == "order" else []
         expected = [np.empty(x.shape, dtype) for x in python(self.m, row, arguments)]
-        results = [a for x in expected for a in ([ctypes.c_void_p(x.ctypes.data), ctypes.c_ssize_t(x.size // n)] if batch else [ctypes.c_void_p(x.ctypes.data)])]
+        results = [
+            a for x in expected for a in ([ctypes.c_void_p(x.ctypes.data), ctypes.c_ssize_t(x.size // n)] if batch else [ctypes.c_void_p(x.ctypes.data)])
+        ]
         given += [*request, *results]
         external_batch = "_external" if row.external == "optional" and batch else ""
         function = getattr(self.library, f"ksl_{row.name}{external_batch}{'_batch' if batch else ''}{suffix}")

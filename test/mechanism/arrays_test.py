@@ -118,7 +118,9 @@ def test_no_states_keep_their_precision(arm, leading, dtype):
     assert mixed.dtype == np.float64 and mixed.shape == (*leading, arm.nv)
 
 
-@pytest.mark.parametrize("unfit", [misaligned, spaced, np.asfortranarray, read_only, lambda x: x.astype(np.float32), lambda x: x[1:], lambda x: x[..., None], memoryview])
+@pytest.mark.parametrize(
+    "unfit", [misaligned, spaced, np.asfortranarray, read_only, lambda x: x.astype(np.float32), lambda x: x[1:], lambda x: x[..., None], memoryview]
+)
 def test_an_unfit_out_is_refused_by_every_call(arm, unfit):
     for call, given in calls(arm, *states(arm, 21)):
         out = unfit(call(*given))
@@ -146,7 +148,9 @@ def test_numbers_that_are_not_finite_are_said_by_every_call(arm, bad, dtype):
             given[k][at, 2] = bad
             for call, arguments in calls(arm, *given):
                 if len(arguments) > k:
-                    with pytest.raises(ValueError, match=rf"{'tau' if k == 2 and call == arm.forward_dynamics else name}\[{at}, 2\] is {bad}; every number must be finite"):
+                    with pytest.raises(
+                        ValueError, match=rf"{'tau' if k == 2 and call == arm.forward_dynamics else name}\[{at}, 2\] is {bad}; every number must be finite"
+                    ):
                         call(*arguments)
 
 
@@ -162,7 +166,9 @@ def test_large_and_small_numbers_are_finite(arm):
 
 
 @pytest.mark.parametrize("n", [1, 3000])
-@pytest.mark.parametrize("length, fits", [(1 + 9e-7, None), (1 + 1.1e-6, True), (1 + 9.99e-3, True), (1 - 9.99e-3, True), (1 + 1.01e-2, False), (1 - 1.01e-2, False), (0, False)])
+@pytest.mark.parametrize(
+    "length, fits", [(1 + 9e-7, None), (1 + 1.1e-6, True), (1 + 9.99e-3, True), (1 - 9.99e-3, True), (1 + 1.01e-2, False), (1 - 1.01e-2, False), (0, False)]
+)
 def test_quaternions_are_measured_by_every_call(examples, n, length, fits):
     m = ksl.load(examples / "robots/panda.urdf", floating_base=True)
     q, v, a = states(m, n)

@@ -76,7 +76,18 @@ class Batch:
                 self.kept[argument], self.values[argument] = room, c_void_p(room.ctypes.data)
                 self.values[argument + "_stride"] = c_ssize_t(FAR)
                 self.results.append(argument)
-        constants = {"model": model, "n": c_size_t(STATES), "links_n": 1, "joints_n": 1, "link": 3, "seen_from": 1, "threads": 1, "order": 0, "options": None, "external": None}
+        constants = {
+            "model": model,
+            "n": c_size_t(STATES),
+            "links_n": 1,
+            "joints_n": 1,
+            "link": 3,
+            "seen_from": 1,
+            "threads": 1,
+            "order": 0,
+            "options": None,
+            "external": None,
+        }
         self.arguments = [(a, constants[a] if a in constants else self.kept[a] if a in ("links", "joints") else self.values[a]) for _, a in CALLS[name]]
 
     def run(self, library, name, **replaced):
@@ -156,7 +167,9 @@ def test_rows_below_their_length_and_shifted_ones(library, panda):
 
     def run(q, out, stride, n=STATES):
         p = [c_void_p(x.ctypes.data) for x in (q, zero, zero, out)]
-        return name(panda[0], c_size_t(n), p[0], c_ssize_t(7), p[1], c_ssize_t(7), p[2], c_ssize_t(7), p[3], c_ssize_t(stride), 1), library.ksl_error_message().decode()
+        return name(
+            panda[0], c_size_t(n), p[0], c_ssize_t(7), p[1], c_ssize_t(7), p[2], c_ssize_t(7), p[3], c_ssize_t(stride), 1
+        ), library.ksl_error_message().decode()
 
     expected = ksl.load(PANDA).inverse_dynamics(q[: 7 * STATES].reshape(STATES, 7), zero, zero)
     assert run(q, out, 7)[0] == 0 and np.array_equal(out.reshape(STATES, 7), expected)
@@ -194,7 +207,12 @@ def test_inverse_kinematics_refuse_the_same(library, panda):
         )  # fmt: skip
 
     assert run(q.ctypes.data, 7, errors.ctypes.data, 2) == 0
-    for given in ((q.ctypes.data, 6, errors.ctypes.data, 2), (q.ctypes.data, 7, errors.ctypes.data, 1), (targets.ctypes.data, 16, errors.ctypes.data, 2), (q.ctypes.data, 7, q.ctypes.data, 7)):
+    for given in (
+        (q.ctypes.data, 6, errors.ctypes.data, 2),
+        (q.ctypes.data, 7, errors.ctypes.data, 1),
+        (targets.ctypes.data, 16, errors.ctypes.data, 2),
+        (q.ctypes.data, 7, q.ctypes.data, 7),
+    ):
         assert run(*given) == BAD_ARGUMENT, given
 
 

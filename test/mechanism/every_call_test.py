@@ -29,12 +29,24 @@ ROBOTS = {
     "mimic": lambda: ksl.load_string(TREE.format('<link name="frame"/>')),
     "floating": lambda: ksl.load_string(TREE.format(link("frame", 2.0, 0.1)), floating_base=True),
     "loops": lambda: ksl.load_string(FOURBAR, drives=["A"]),
-    "floating loops": lambda: ksl.load_string(FOURBAR.replace('<link name="frame"/>', link("frame", 2.0, 0.1)), floating_base=True, drives=["A", "floating_base"]),
+    "floating loops": lambda: ksl.load_string(
+        FOURBAR.replace('<link name="frame"/>', link("frame", 2.0, 0.1)), floating_base=True, drives=["A", "floating_base"]
+    ),
 }
 N = 40
 """States of a batch: more than are computed at once."""
-RAW = re.compile(r"cannot reshape|out of bounds|incompatible function|broadcast together|could not be broadcast|subscriptable|NoneType|unsupported|ambiguous|inhomogeneous|unpack|nb_|axis \d|encountered in", re.IGNORECASE)
-OTHERS = {"to_urdf": "tests of files", "merged": "names_test", "with_physics": "physics_test", "as_array": "arguments_test", "in_order": "arguments_test", "random": "takes no array"}
+RAW = re.compile(
+    r"cannot reshape|out of bounds|incompatible function|broadcast together|could not be broadcast|subscriptable|NoneType|unsupported|ambiguous|inhomogeneous|unpack|nb_|axis \d|encountered in",
+    re.IGNORECASE,
+)
+OTHERS = {
+    "to_urdf": "tests of files",
+    "merged": "names_test",
+    "with_physics": "physics_test",
+    "as_array": "arguments_test",
+    "in_order": "arguments_test",
+    "random": "takes no array",
+}
 """Methods whose arguments are no numbers, and where they are tested."""
 ONE_POSITION = {"mobility", "independent", "branches", "reactions_null_basis", "reactions_unique", "modes", "compliance", "equilibrium", "linearise"}
 """What is asked of one position, and of no batch."""
@@ -90,7 +102,11 @@ class Robot:
 
 
 CALLS = [name for name, f in inspect.getmembers(ksl.Model, inspect.isfunction) if not name.startswith("_") and name not in OTHERS]
-BATCHED = [name for name in CALLS if "q" in inspect.signature(getattr(ksl.Model, name)).parameters and name not in ONE_POSITION | {"wrench_table", "show", "free_bodies"}] + ["difference", "interpolate"]
+BATCHED = [
+    name
+    for name in CALLS
+    if "q" in inspect.signature(getattr(ksl.Model, name)).parameters and name not in ONE_POSITION | {"wrench_table", "show", "free_bodies"}
+] + ["difference", "interpolate"]
 
 
 EVERY_ROBOT = each("robot", ROBOTS, functools.cache(Robot))
@@ -169,7 +185,7 @@ NAN_IS_TAKEN = {"position_of", "velocity_of"}
 @pytest.mark.parametrize("call", CALLS)
 @EVERY_ROBOT
 def test_wrong_numbers_are_refused_by_name(robot, call):
-    for index in ((3,) if call in ONE_POSITION else (3, slice(None))):
+    for index in (3,) if call in ONE_POSITION else (3, slice(None)):
         arguments = robot.arguments(call, index)
         refusal = answer(robot, call, arguments)
         for name, wrong in product(slots(arguments), WRONG):
@@ -206,7 +222,11 @@ def test_what_is_asked_of_one_position_refuses_others(robot, call, index):
 
 
 def same(found, expected):
-    return found == expected if isinstance(expected, str) else all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(found, expected, strict=True))
+    return (
+        found == expected
+        if isinstance(expected, str)
+        else all(np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(found, expected, strict=True))
+    )
 
 
 @pytest.mark.parametrize("call", CALLS)
@@ -223,7 +243,7 @@ def test_numbers_of_other_types_are_numbers(robot, call):
 @pytest.mark.parametrize("call", CALLS)
 @EVERY_ROBOT
 def test_numbers_too_large_are_refused_or_right(robot, call):
-    for index in ((3,) if call in ONE_POSITION | {"simulate"} else (3, slice(None))):
+    for index in (3,) if call in ONE_POSITION | {"simulate"} else (3, slice(None)):
         arguments = robot.arguments(call, index)
         for name, size in product(slots(arguments), (1e160, 1e200, -1e308)):
             require_finite(answer(robot, call, replaced(arguments, name, lambda x: np.full_like(x, size, dtype=float))), f"{name} = {size}")

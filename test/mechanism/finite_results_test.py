@@ -182,7 +182,9 @@ def test_overflow_of_closed_mechanisms(name, size):
                 try:
                     found = call(model, *([x] * 3 if several else x for x in state))
                 except (ksl.ResultError, ValueError) as e:
-                    assert re.search(r"overflow|too large|give smaller|open it by|is open at this position|no motion of the closed|keep the loops closed", str(e)), str(e)
+                    assert re.search(
+                        r"overflow|too large|give smaller|open it by|is open at this position|no motion of the closed|keep the loops closed", str(e)
+                    ), str(e)
                     continue
             numbers = np.concatenate([np.ravel(x) for x in (found if isinstance(found, (tuple, list)) else [found])])
             assert np.isfinite(numbers).all() or name == "reactions_derivatives"

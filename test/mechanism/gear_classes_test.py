@@ -29,7 +29,9 @@ def test_calls_take_them_at_their_loads():
     np.testing.assert_allclose(m.with_stiffness(given).compliance([0.0], "rod")[4, 4], 1e-4, rtol=1e-12)
 
 
-@pytest.mark.parametrize("gear", [{"stiffness": [1.0, 2.0], "effort": []}, {"stiffness": [1.0, 0.0], "effort": [3.0]}, {"stiffness": [1, 2, 3], "effort": [3, 2]}, {"effort": [1.0]}])
+@pytest.mark.parametrize(
+    "gear", [{"stiffness": [1.0, 2.0], "effort": []}, {"stiffness": [1.0, 0.0], "effort": [3.0]}, {"stiffness": [1, 2, 3], "effort": [3, 2]}, {"effort": [1.0]}]
+)
 def test_classes_that_do_not_fit(gear):
     with pytest.raises(ValueError, match="^J: motion has stiffness .* and effort .*; expected stiffness = "):
         along_motion("J", gear, 0.0, "slope")

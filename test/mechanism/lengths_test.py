@@ -32,8 +32,14 @@ SWEEP = """[base]\nmotion = "m.csv"\n[[vary]]\n"""
 COMPONENTS = """[[component]]\nkind = "limits"\njoint = "pin"\nradial_force = 1e6\nat = [0, 0, 5]\n"""
 
 OPTIONS = {
-    ("loads", "--payload"): (["loads", "arm.urdf", "m.csv", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m from the link's origin"),
-    ("loads", "--at"): (["loads", "arm.urdf", "m.csv", "-o", "out", "--at", "0,0,50", "--at", "pin=0,70,0"], "the point of the moments of pin is 70 m from the joint's origin"),
+    ("loads", "--payload"): (
+        ["loads", "arm.urdf", "m.csv", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"],
+        "the payload on tip is 50 m from the link's origin",
+    ),
+    ("loads", "--at"): (
+        ["loads", "arm.urdf", "m.csv", "-o", "out", "--at", "0,0,50", "--at", "pin=0,70,0"],
+        "the point of the moments of pin is 70 m from the joint's origin",
+    ),
     ("loads", "--gravity"): (["loads", "arm.urdf", "m.csv", "-o", "out", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("hold", "--payload"): (["hold", "arm.urdf", "--payload", "2,0,0,50", "--on-link", "tip"], "not green: the payload on tip is 50 m"),
     ("hold", "--at"): (["hold", "arm.urdf", "--at", "0,0,50"], "the point of the moments is 50 m from the joint's origin"),
@@ -42,16 +48,31 @@ OPTIONS = {
     ("actuation", "--gravity"): (["actuation", "arm.urdf", "--joints", "pin", "-o", "a", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("size", "--at"): (["size", "results", "--at", "pin=0,0,50"], "the point of the moments of pin is 50 m from the joint's origin"),
     ("free-bodies", "--frame"): (["free-bodies", "results", "-o", "parts", "--frame", "rod=0,0,50"], "the frame of rod is 50 m from the link's origin"),
-    ("free-bodies", "--section"): (["free-bodies", "results", "-o", "parts", "--section", "rod=0,70,0,1,0,0"], "the section of rod is 70 m from the link's origin"),
+    ("free-bodies", "--section"): (
+        ["free-bodies", "results", "-o", "parts", "--section", "rod=0,70,0,1,0,0"],
+        "the section of rod is 70 m from the link's origin",
+    ),
     ("free-bodies", "--radius"): (["free-bodies", "results", "-o", "parts", "--deck", "nastran", "--radius", "pin=50"], "the radius of pin is 50 m"),
     ("view", "--gravity"): (["view", "arm.urdf", "--export", "v.html", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("info", "--gravity"): (["info", "arm.urdf", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("modes", "--payload"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m"),
-    ("modes", "--pose"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?"),
-    ("modes", "--grid"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "slide=0:300:2"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?"),
+    ("modes", "--pose"): (
+        ["modes", "arm.urdf", "--stiffness", "s.toml", "--pose", "slide=300"],
+        "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?",
+    ),
+    ("modes", "--grid"): (
+        ["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "slide=0:300:2"],
+        "slide reaches 300 m, and its limits are -0.4 and 0.4 m: are these millimetres?",
+    ),
     ("modes", "--gravity"): (["modes", "arm.urdf", "--stiffness", "s.toml", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
-    ("simulate", "--payload"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"], "the payload on tip is 50 m"),
-    ("simulate", "--pose"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--pose", "slide=300"], "slide reaches 300 m, and its limits are -0.4 and 0.4 m"),
+    ("simulate", "--payload"): (
+        ["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--payload", "2,0,0,50", "--on-link", "tip"],
+        "the payload on tip is 50 m",
+    ),
+    ("simulate", "--pose"): (
+        ["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--pose", "slide=300"],
+        "slide reaches 300 m, and its limits are -0.4 and 0.4 m",
+    ),
     ("simulate", "--gravity"): (["simulate", "arm.urdf", "--until", "0.01", "-o", "out", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("generate", "--gravity"): (["generate", "arm.urdf", "--algorithms", "bias", "-o", "c", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
     ("motion", "--gravity"): (["motion", "arm.urdf", "--kind", "template", "-o", "t.csv", "--gravity", "0,0,-9810"], "is that in mm/s²?"),
@@ -141,12 +162,38 @@ def test_every_field_that_takes_a_length_is_judged():
 
 def test_every_length_of_loops_is_judged(folder):
     """Frames in a file beside the robot, for `ksl.load` and for load cases."""
-    assert set(loops_file.OF_LOOP) == {"name", "kind", "predecessor", "successor", "axis", "axis2", "predecessor_rpy", "successor_rpy", "predecessor_xyz", "successor_xyz", "pitch"}
-    assert set(loops_file.OF_ELEMENT) == {"name", "link1", "link2", "point1", "point2", "stiffness", "free_length", "damping", "preload", "stop_stiffness", "limits"}
+    assert set(loops_file.OF_LOOP) == {
+        "name",
+        "kind",
+        "predecessor",
+        "successor",
+        "axis",
+        "axis2",
+        "predecessor_rpy",
+        "successor_rpy",
+        "predecessor_xyz",
+        "successor_xyz",
+        "pitch",
+    }
+    assert set(loops_file.OF_ELEMENT) == {
+        "name",
+        "link1",
+        "link2",
+        "point1",
+        "point2",
+        "stiffness",
+        "free_length",
+        "damping",
+        "preload",
+        "stop_stiffness",
+        "limits",
+    }
     (folder / "loops.toml").write_text(
         'drives = ["pin"]\n[[loop]]\nname = "C"\nkind = "spherical"\npredecessor = "tip"\nsuccessor = "wall"\npredecessor_xyz = [0, 600, 0]\nsuccessor_xyz = [0, 0, 0]\n'
     )
-    (folder / "spring.toml").write_text('[[force_element]]\nname = "S"\nlink1 = "tip"\npoint1 = [0, 600, 0]\nlink2 = "wall"\npoint2 = [0, 0, 0]\nstiffness = 5\n')
+    (folder / "spring.toml").write_text(
+        '[[force_element]]\nname = "S"\nlink1 = "tip"\npoint1 = [0, 600, 0]\nlink2 = "wall"\npoint2 = [0, 0, 0]\nstiffness = 5\n'
+    )
     with pytest.warns(ksl.DescriptionWarning, match="the end of force element S on tip is 600 m from the link's origin, .*: are these millimetres?"):
         ksl.load(folder / "arm.urdf", loops=folder / "spring.toml")
     spring = '[[force_element]]\nname = "S"\nlink1 = "tip"\npoint1 = [0, 0.1, 0]\nlink2 = "wall"\npoint2 = [0, 0, 0]\nstiffness = 5\n'
@@ -155,7 +202,9 @@ def test_every_length_of_loops_is_judged(folder):
         ksl.load(folder / "arm.urdf", loops=folder / "spring.toml")
     for what in ("free length of force element S is 300 m", "lower limit of force element S is 90 m", "upper limit of force element S is 400 m"):
         assert any(f"the {what}, " in str(w.message) and "are these millimetres?" in str(w.message) for w in found)
-    (folder / "screw.toml").write_text('drives = ["pin"]\n[[loop]]\nname = "C"\nkind = "helical"\npredecessor = "tip"\nsuccessor = "wall"\naxis = [0, 0, 1]\npitch = 5\n')
+    (folder / "screw.toml").write_text(
+        'drives = ["pin"]\n[[loop]]\nname = "C"\nkind = "helical"\npredecessor = "tip"\nsuccessor = "wall"\naxis = [0, 0, 1]\npitch = 5\n'
+    )
     with pytest.warns(ksl.DescriptionWarning, match="the travel of loop joint C in a turn is 31.4159 m, .*: are these millimetres?"):
         ksl.load(folder / "arm.urdf", loops=folder / "screw.toml")
     (folder / "looped.toml").write_text('[cases.one]\nmotion = "m.csv"\nloops = "loops.toml"\n')
@@ -217,7 +266,12 @@ def test_python_says_the_same(folder):
 def test_what_is_likely_is_not_named(folder):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        m = ksl.load(folder / "arm.urdf", payloads={"tip": (2.0, (0, 0, 0.5))}).with_payload("tip", 2.0, (0, 0, 0.5)).with_gravity((0, 0, 9.81)).with_frame("tool", "tip")
+        m = (
+            ksl.load(folder / "arm.urdf", payloads={"tip": (2.0, (0, 0, 0.5))})
+            .with_payload("tip", 2.0, (0, 0, 0.5))
+            .with_gravity((0, 0, 9.81))
+            .with_frame("tool", "tip")
+        )
     run = ksl.compute_loads(m, folder / "m.csv", payloads={"tip": (1.0, (0, 0, 1.0))}, at=(0, 0, 0.7))
     assert run.verdict.level == "green" and not run.verdict.reasons
 
@@ -237,7 +291,9 @@ def test_extent(folder):
             loaded = loaded.with_payload(link, mass, point, moment * np.eye(3))
             carried.append((link, mass, point, 3 * moment))
         assert extent(loaded) > 10 and extent(loaded, carried) == pytest.approx(1.0, rel=1e-9)
-    point = ksl.load_string('<robot name="p"><link name="l"><inertial><mass value="1"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+    point = ksl.load_string(
+        '<robot name="p"><link name="l"><inertial><mass value="1"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
     assert extent(point) == 0.0 and far("it is", 1e9, extent(point)) == []  # nothing to judge by
 
 

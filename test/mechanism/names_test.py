@@ -92,7 +92,9 @@ JOINTS = {
     "linearise": lambda m, s, name: m.linearise(s[0], inputs=[name]),
     "joint": lambda m, s, name: np.array([m.joint(name).q_index]),
     "with_frozen_joints": lambda m, s, name: np.array([m.with_frozen_joints({name: 0.3}).nq]),
-    "placement of loads": lambda m, s, name: ksl.compute_loads(m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]),
+    "placement of loads": lambda m, s, name: ksl.compute_loads(
+        m, (np.arange(2.0), np.zeros((2, m.nq)), np.zeros((2, m.nv)), np.zeros((2, m.nv))), joints=[name]
+    ),
 }
 """Calls that take joints.  Links are refused, with the joint that carries them."""
 
@@ -344,11 +346,19 @@ WITH_FILES = {
     "hold, worst": lambda m, f, joint, link: ksl.hold(m, worst=joint).cases[0].motion.q,
     "compute_loads, joints": lambda m, f, joint, link: [row["joint"] for row in ksl.compute_loads(m, f / "motion.csv", joints=[joint]).rows],
     "compute_loads, at": lambda m, f, joint, link: ksl.compute_loads(m, f / "motion.csv", at={joint: (0, 0, 0.1)}).rows[0],
-    "size, joints and at": lambda m, f, joint, link: [p["joint"] for p in ksl.size(ksl.compute_loads(m, f / "motion.csv"), joints=joint, at={joint: (0, 0, 0.1)}).peaks],
-    "size, components": lambda m, f, joint, link: [x.joint for x in ksl.size(ksl.compute_loads(m, f / "motion.csv"), {"component": [LIMIT | {"joint": joint}]}).figures],
+    "size, joints and at": lambda m, f, joint, link: [
+        p["joint"] for p in ksl.size(ksl.compute_loads(m, f / "motion.csv"), joints=joint, at={joint: (0, 0, 0.1)}).peaks
+    ],
+    "size, components": lambda m, f, joint, link: [
+        x.joint for x in ksl.size(ksl.compute_loads(m, f / "motion.csv"), {"component": [LIMIT | {"joint": joint}]}).figures
+    ],
     "read_motion, map": lambda m, f, joint, link: ksl.read_motion(m, f / "motion.csv", map={"hip": {"to": joint, "sign": -1}}).q,
-    "read_motion, constants": lambda m, f, joint, link: ksl.read_motion(m, f / "motion.csv", map={"columns": {}, "ignore": ["hip"], "constants": {joint: 0.7}}).q,
-    "read_efforts, map": lambda m, f, joint, link: ksl.read_efforts(m, f / "motion.csv", map={"columns": {"knee": {"to": f"{joint}.effort", "unit": "permille"}}, "rated": {joint: 3}}).tau[:, 0],
+    "read_motion, constants": lambda m, f, joint, link: (
+        ksl.read_motion(m, f / "motion.csv", map={"columns": {}, "ignore": ["hip"], "constants": {joint: 0.7}}).q
+    ),
+    "read_efforts, map": lambda m, f, joint, link: ksl.read_efforts(
+        m, f / "motion.csv", map={"columns": {"knee": {"to": f"{joint}.effort", "unit": "permille"}}, "rated": {joint: 3}}
+    ).tau[:, 0],
 }
 """Calls, and keys of files, that take a joint or a link by its name."""
 LIMIT = {"kind": "limits", "name": "pin", "radial_force": 100.0}
@@ -394,7 +404,11 @@ def test_files_and_commands(robot, folder, tmp_path):
     assert "no joint 'thigh'" in refused("--joints", "thigh")
     assert "a point of a joint that --joints leaves out" in refused("--joints", "hip", "--at", "knee=0,0,1")
     cases = tmp_path / "cases.toml"
-    for entry, said in (('link = "hip"', "say 'link:hip' or 'joint:hip'"), ('link = "shank", axes = "world"', "say 'link:world' or 'ksl:world'"), ('link = "shank", axes = "hip"', "say 'link:hip'")):
+    for entry, said in (
+        ('link = "hip"', "say 'link:hip' or 'joint:hip'"),
+        ('link = "shank", axes = "world"', "say 'link:world' or 'ksl:world'"),
+        ('link = "shank", axes = "hip"', "say 'link:hip'"),
+    ):
         cases.write_text(f'[cases.c]\nmotion = "motion.csv"\nexternal = [{{ {entry}, wrench = [1, 0, 0, 0, 0, 0] }}]\n')
         done = run_ksl("loads", str(file), "--cases", str(cases), *out)
         assert done.returncode and said in " ".join(done.stderr.split())
@@ -424,7 +438,10 @@ def test_what_is_no_path_and_no_point(robot, tmp_path):
         "path is int; expected the path of a motion": (lambda: ksl.read_motion(robot, 5),),
         "path is int; expected the path of a file with efforts": (lambda: ksl.read_efforts(robot, 5),),
         "components is list; expected the path of a components file": (lambda: ksl.size(table, [{"kind": "motor"}]),),
-        "at: the point of knee needs three finite numbers": (lambda: ksl.size(table, at={"knee": 5}), lambda: ksl.compute_loads(robot, motion, at={"knee": ("a", 0, 0)})),
+        "at: the point of knee needs three finite numbers": (
+            lambda: ksl.size(table, at={"knee": 5}),
+            lambda: ksl.compute_loads(robot, motion, at={"knee": ("a", 0, 0)}),
+        ),
     }
     for sentence, refused in calls.items():
         for call in refused:

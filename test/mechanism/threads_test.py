@@ -88,6 +88,7 @@ else:
     print(codes)
 """
 
+
 @pytest.fixture
 def panda(examples):
     return ksl.load(examples / "robots/panda.urdf")

@@ -56,7 +56,10 @@ CLOSED_FORMS = {
     "interpolate": (lambda a, b: b.interpolate(turned(0.0), turned(3.0), 0.5), turned(1.5)),
     "logarithm, rad": (lambda a, b: ufuncs.SE3_log(np.vstack([about_z(3.0)[:3, :3].T, np.zeros(3)]))[5], 3.0),
     "velocity, m/s": (lambda a, b: a.frame_velocity([0.0, 20.0], [2.0, 5.0], "slider"), [5, 40, 0, 0, 0, 2]),
-    "classical acceleration, m/s²": (lambda a, b: a.frame_acceleration([0.0, 20.0], [2.0, 5.0], [3.0, 7.0], "slider", kind="classical")[:2], [7 - 4 * 20, 3 * 20 + 2 * 2 * 5]),
+    "classical acceleration, m/s²": (
+        lambda a, b: a.frame_acceleration([0.0, 20.0], [2.0, 5.0], [3.0, 7.0], "slider", kind="classical")[:2],
+        [7 - 4 * 20, 3 * 20 + 2 * 2 * 5],
+    ),
     "efforts, N m and N": (lambda a, b: a.inverse_dynamics([0.0, 20.0], [2.0, 0.0], [3.0, 0.0]), [2 * 23**2 * 3, -2 * 4 * 23]),
     "reaction, N and N m": (lambda a, b: a.reactions([0.0, 20.0], [0, 0], [0, 0])[0], [0, 0, 2 * 9.81, 0, -2 * 9.81 * 23, 0]),
     "energy, J": (lambda a, b: a.energy([0.0, 20.0], [2.0, 0.0])[0], 0.5 * 2 * 23**2 * 4),
@@ -81,7 +84,12 @@ def test_no_size_is_without_mass(mass, length, moment):
     m = b.add_joint("hinge", "revolute", "ground", "bob", axis=(0, 1, 0)).build()
     expected = 9.81 / length if length else 0.0
     assert m.forward_dynamics([0.0], [0.0], [0.0])[0] == pytest.approx(expected, rel=1e-12)
-    double = ksl.Builder("double").add_link("ground").add_link("first", mass, (length, 0, 0), moment * np.eye(3)).add_link("second", mass, (length, 0, 0), moment * np.eye(3))
+    double = (
+        ksl.Builder("double")
+        .add_link("ground")
+        .add_link("first", mass, (length, 0, 0), moment * np.eye(3))
+        .add_link("second", mass, (length, 0, 0), moment * np.eye(3))
+    )
     pose = np.eye(4)
     pose[0, 3] = length
     double.add_joint("a", "revolute", "ground", "first", axis=(0, 1, 0)).add_joint("b", "revolute", "first", "second", pose, axis=(0, 1, 0))

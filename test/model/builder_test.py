@@ -110,7 +110,10 @@ def test_an_impossible_inertia_is_a_warning_or_an_error_if_strict():
         (lambda b: ksl.Builder("a\0b"), "robot .*: its name has a control character"),
         (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), velocity=-1), "joint x: its effort or velocity limit is -1"),
         (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), effort=-0.5), "joint x: its effort or velocity limit is -0.5"),
-        (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), limits=(np.inf, np.inf)), "joint x: limits from inf to inf leave no position"),
+        (
+            lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), limits=(np.inf, np.inf)),
+            "joint x: limits from inf to inf leave no position",
+        ),
         (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), limits=(None, -np.inf)), "limits from -inf to -inf leave no position"),
         (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), mimic=(3, 1, 0)), "joint x: its mimic is"),
         (lambda b: b.build(payloads={5: (1, (0, 0, 0))}), "the link of a payload is 5; expected a name"),

@@ -170,10 +170,7 @@ def test_leading_shapes_are_broadcast(arm):
         for k in range(4):
             assert np.array_equal(grid[i, k], arm.inverse_dynamics(q[i], v[k], a[0]))
     external = {"tool": np.arange(18.0).reshape(3, 1, 6), "upper": np.ones(6)}
-    assert np.array_equal(
-        arm.reactions(q, v, a, external)[2, 1],
-        arm.reactions(q[1], v[1], a[1], {"tool": external["tool"][2, 0], "upper": np.ones(6)}),
-    )
+    assert np.array_equal(arm.reactions(q, v, a, external)[2, 1], arm.reactions(q[1], v[1], a[1], {"tool": external["tool"][2, 0], "upper": np.ones(6)}))
 
 
 def test_no_joints_asked_for_are_no_reactions(arm):
@@ -463,7 +460,12 @@ def test_messages_show_control_characters_of_names_and_are_short():
     links = '<link name="a&#10;b"/><link name="c&#8238;d"/>'
     joint = '<joint name="j" type="fixed"><parent link="a&#10;b"/><child link="c&#8238;d"/></joint>'
     m = ksl.load_string(f'<robot name="r">{links}{joint}</robot>', masses="optional")
-    for call in (lambda: m.frame_pose([], "zz"), lambda: m.link("zz"), lambda: m.reactions([], [], [], at="zz"), lambda: m.inverse_dynamics([], [], [], external={"zz": np.zeros(6)})):
+    for call in (
+        lambda: m.frame_pose([], "zz"),
+        lambda: m.link("zz"),
+        lambda: m.reactions([], [], [], at="zz"),
+        lambda: m.inverse_dynamics([], [], [], external={"zz": np.zeros(6)}),
+    ):
         with pytest.raises(ValueError, match="zz") as found:
             call()
         assert r"a\x0ab" in str(found.value) and r"c\u202ed" in str(found.value) and str(found.value).isprintable()

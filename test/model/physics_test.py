@@ -192,7 +192,7 @@ def test_the_table_splits_the_effort_and_the_power_balances(physics):
     m = arm().build(physics=physics, friction_width=0.5)
     t = np.linspace(0, 2, 801)
     angle = np.array([1.3, -2.2]) * t[:, None]
-    q, v, a = np.sin(angle), np.array([1.3, -2.2]) * np.cos(angle), -np.array([1.3, -2.2]) ** 2 * np.sin(angle)
+    q, v, a = np.sin(angle), np.array([1.3, -2.2]) * np.cos(angle), -(np.array([1.3, -2.2]) ** 2) * np.sin(angle)
     table = m.wrench_table(t, q, v, a, external={"lower": [1, 2, 3, 0.1, 0.2, 0.3]})
     columns = {name: np.array(table[name].to_pylist(), dtype=float) for name in ("effort", "transmitted", "damping", "friction", "rotor", "spring")}
     own = np.array(table["joint"].to_pylist()) == "elbow"

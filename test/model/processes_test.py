@@ -64,7 +64,10 @@ for _ in range(220):
 print(codes, same(), flush=True)
 os._exit(0)
 """
-    assert output(code.replace("import os,", f"import faulthandler; faulthandler.dump_traceback_later({250 * SLOWER}, exit=True)\nimport os,", 1), examples) == "{0} True"
+    assert (
+        output(code.replace("import os,", f"import faulthandler; faulthandler.dump_traceback_later({250 * SLOWER}, exit=True)\nimport os,", 1), examples)
+        == "{0} True"
+    )
 
 
 @pytest.mark.parametrize("end, status", [("sys.exit(3)", 3), ("os._exit(4)", 4), ("raise SystemExit(5)", 5), ("pass", 0)])
@@ -102,7 +105,9 @@ ksl.load(sys.argv[1])
 
 
 def test_memory_that_runs_out_is_a_memory_error(examples):
-    code = MODEL + """
+    code = (
+        MODEL
+        + """
 import resource
 from pathlib import Path
 text = Path(sys.argv[1]).read_text()
@@ -116,4 +121,5 @@ for call in (lambda: m.mass_matrix_inverse(np.broadcast_to(q[0], (10**9, m.nv)))
         print("MemoryError")
 assert np.array_equal(m.inverse_dynamics(q[0], v[0], a[0]), before)
 """
+    )
     assert output(code, examples).split() == ["MemoryError"] * 2

@@ -36,7 +36,11 @@ def of_crank(angle, speed=0.0, acceleration=0.0):
     reach2 = -(height1**2 + height * height2 + reach1**2) / reach
     whole, whole1 = np.arcsin(height / ROD), height1 / reach
     whole2 = (height2 - whole1 * reach1) / reach
-    slide = [CRANK * np.cos(angle) + reach, -CRANK * np.sin(angle) * speed + reach1, -CRANK * (np.cos(angle) * speed**2 + np.sin(angle) * acceleration) + reach2]
+    slide = [
+        CRANK * np.cos(angle) + reach,
+        -CRANK * np.sin(angle) * speed + reach1,
+        -CRANK * (np.cos(angle) * speed**2 + np.sin(angle) * acceleration) + reach2,
+    ]
     turns = [(angle, whole - angle), (speed, whole1 - speed), (acceleration, whole2 - acceleration)]
     return [np.stack(np.broadcast_arrays(*turn, x), axis=-1) for turn, x in zip(turns, slide, strict=True)]
 
@@ -175,7 +179,11 @@ def test_what_is_differentiated_is_the_drive_alone(crank):
     """Rates of the others follow from its own; what is said names it."""
     expected = of_crank(*TURN)
     found = made(crank, expected[0])
-    assert np.array_equal(found.v[5:-5, 0], derivative(TIME, TURN[0])[5:-5]) and found.v == pytest.approx(expected[1], abs=1e-5) and found.a == pytest.approx(expected[2], abs=1e-2)
+    assert (
+        np.array_equal(found.v[5:-5, 0], derivative(TIME, TURN[0])[5:-5])
+        and found.v == pytest.approx(expected[1], abs=1e-5)
+        and found.a == pytest.approx(expected[2], abs=1e-2)
+    )
     assert "velocities and accelerations of A differentiated from a quintic spline through the samples" in found.differentiated
     assert found.resolution[0] > 0 and (found.resolution[1:] == 0).all(), "what follows has the resolution of none"
     stands = made(crank, of_crank(np.maximum(TIME - 1, 0) ** 3)[0]).stands
@@ -222,7 +230,9 @@ def test_which_joints_are_held(robot):
     """Of drives that follow from each other the first ones; of too few the freedoms that are left are counted."""
     for drives, held, follow in ((["A"], ["A"], [1, 2]), (["A", "D"], ["A"], [1]), (["D", "A"], ["D"], [1])):
         model = robot(FOURBAR, drives=drives)
-        assert held_by(model).names == held and follow_by_loops(model).tolist() == follow and [j.name for j in leading(model)] == [n for n in "AD" if n in drives]
+        assert (
+            held_by(model).names == held and follow_by_loops(model).tolist() == follow and [j.name for j in leading(model)] == [n for n in "AD" if n in drives]
+        )
         assert [j.name for j in determining(model, home(model), model.joints[:3])] == ["A"]
     assert [j.name for j in leading(robot(FOURBAR))] == ["A", "B", "D"], "all where drives aren't known"
     fourbar = robot(FOURBAR, drives=["A"])
@@ -248,7 +258,10 @@ def test_limits_are_told_of_held_joints_that_have_some(robot):
     model = robot(SLIDERCRANK, drives=["S"])
     crank, _, slider = model.joints[:3]
     assert _allowed(Held(model, (crank,))) == "; choose narrower waypoints"
-    assert _allowed(Held(model, (crank, slider))) == "; the limits allow S from 0 to 1 m, which may be more than can be reached: choose narrower waypoints or limits"
+    assert (
+        _allowed(Held(model, (crank, slider)))
+        == "; the limits allow S from 0 to 1 m, which may be more than can be reached: choose narrower waypoints or limits"
+    )
 
 
 def test_trees_follow_nothing(crank):
@@ -269,7 +282,9 @@ def test_several_motions_side_by_side(crank, robot):
     moved = [np.where(DRIVE, x, 0.0) for x in of]
     for x, y in zip(followed(crank, closing, of[0][:, 0], moved), of, strict=True):
         assert x == pytest.approx(y, abs=1e-8)
-    assert closed_again(crank, made(crank, of_crank(TURN[0])[0]), np.where(DRIVE, of_crank(TURN[0] + 0.01)[0], 0.0)) == pytest.approx(of_crank(TURN[0] + 0.01)[0], abs=1e-9)
+    assert closed_again(crank, made(crank, of_crank(TURN[0])[0]), np.where(DRIVE, of_crank(TURN[0] + 0.01)[0], 0.0)) == pytest.approx(
+        of_crank(TURN[0] + 0.01)[0], abs=1e-9
+    )
     slider = robot(SLIDERCRANK, drives=["S"])
     slide = np.array([[0.25, 0.26, 0.27], [0.3, 0.4, 0.3]])
     start = np.array([slider.close([0.5, -0.5, s], hold=["S"]).q for s in slide[:, 0]])
@@ -319,7 +334,9 @@ def test_the_sample_is_named_at_which_rates_do_not_follow(crank, bad, kind):
 
     q = np.column_stack([0.5 * np.arange(7), np.zeros((7, 2))])
     at = rf"motion: sample {bad + 1} \(time 0\.0{bad}\)" if bad else r"motion: sample 1 \(time 0\)"
-    with pytest.raises(MotionError, match=rf"{at}: velocities of the other joints don't follow from those of A: with A = {0.5 * bad:g} rad the mechanism is at a singular"):
+    with pytest.raises(
+        MotionError, match=rf"{at}: velocities of the other joints don't follow from those of A: with A = {0.5 * bad:g} rad the mechanism is at a singular"
+    ):
         follower_of(crank, 7)._consistent(q, rates, "velocities")
 
 
@@ -332,7 +349,10 @@ def test_near_a_dead_point_accelerations_are_those_of_the_closed_form_or_refused
     known = np.ones(3, dtype=bool)
     given = [[None, None], [None, None], [v[:, 2:], a[:, 2:]]]
     if off < 1e-5:
-        with pytest.raises(MotionError, match=r"sample 20\d \(time [\d.]+\): positions and rates of the other joints don't follow from those of S: with S = 0\.349\d+ m the mechanism is at a singular"):
+        with pytest.raises(
+            MotionError,
+            match=r"sample 20\d \(time [\d.]+\): positions and rates of the other joints don't follow from those of S: with S = 0\.349\d+ m the mechanism is at a singular",
+        ):
             completed(model, TIME, q, given, known)
         return
     found = completed(model, TIME, q, given, known)
@@ -340,7 +360,8 @@ def test_near_a_dead_point_accelerations_are_those_of_the_closed_form_or_refused
 
 
 @pytest.mark.parametrize(
-    ("kind", "forces", "moments"), [("revolute", 3, 2), ("fixed", 3, 3), ("spherical", 3, 0), ("prismatic", 2, 3), ("cylindrical", 2, 2), ("planar", 1, 2), ("translation", 0, 3)]
+    ("kind", "forces", "moments"),
+    [("revolute", 3, 2), ("fixed", 3, 3), ("spherical", 3, 0), ("prismatic", 2, 3), ("cylindrical", 2, 2), ("planar", 1, 2), ("translation", 0, 3)],
 )
 def test_errors_of_angles_count_times_the_length(crank, kind, forces, moments):
     """Of equations of forces as they are, of those of moments times 2 m: the second of two loops, behind one of three forces and two moments."""
@@ -367,7 +388,12 @@ def test_a_step_that_rates_do_not_explain_is_another_branch(crank, share, refuse
 
 def test_the_loop_that_stays_open_is_named(robot):
     """Of two, the second slider runs 0.9 m above the crank, of which crank and rod reach 0.35."""
-    second = link("rod2", 1.1, 0.12) + link("slider2", 0.9, 0.0) + joint("B2", "crank", "rod2", "0.1 0.03 0") + joint("S2", "frame", "slider2", "0 0.05 0.9", "prismatic", "1 0 0", SLIDE)
+    second = (
+        link("rod2", 1.1, 0.12)
+        + link("slider2", 0.9, 0.0)
+        + joint("B2", "crank", "rod2", "0.1 0.03 0")
+        + joint("S2", "frame", "slider2", "0 0.05 0.9", "prismatic", "1 0 0", SLIDE)
+    )
     model = robot(SLIDERCRANK.replace("</robot>", second + loop("C2", "rod2", "0.25 0.03 0", "slider2", "0 0.01 0") + "</robot>"), drives=["A"])
     with pytest.raises(MotionError, match=r"from its neutral position no closed position was found: loop joint C2 stays open by 0\.\d"):
         held_by(model)
@@ -376,7 +402,9 @@ def test_the_loop_that_stays_open_is_named(robot):
 def test_a_motion_that_leaves_the_reach_names_sample_and_time(robot):
     model = robot(SLIDERCRANK, drives=["S"])
     apart = np.hypot(0.3495, OFFSET) - CRANK - ROD  # at the first of the eight steps there that fails, of 0.125 mm
-    with pytest.raises(MotionError, match=rf"sample 51 \(time 0\.25\): with S = 0\.35 m no closed position was found: loop joint C stays open by {apart:.3g} m"):
+    with pytest.raises(
+        MotionError, match=rf"sample 51 \(time 0\.25\): with S = 0\.35 m no closed position was found: loop joint C stays open by {apart:.3g} m"
+    ):
         made(model, np.column_stack([0 * TIME, 0 * TIME, 0.3 + 0.2 * TIME]), known=(False, False, True))
 
 
@@ -384,7 +412,9 @@ def test_made_motions_name_joint_limit_and_time(robot):
     """Of drives that go beyond their limits between waypoints, and where no closed position is found."""
     model = robot(SLIDERCRANK, drives=["S"])
     beyond = Waypoints(np.array([[0.25], [0.3], [0.9]]))
-    with pytest.raises(MotionError, match=r"minjerk: between waypoints 2 and 3, at 53\.5 % of the time, S goes to 1\.088\d* m, beyond its upper limit 1 m; add waypoints"):
+    with pytest.raises(
+        MotionError, match=r"minjerk: between waypoints 2 and 3, at 53\.5 % of the time, S goes to 1\.088\d* m, beyond its upper limit 1 m; add waypoints"
+    ):
         minimum_jerk(model, beyond)
     with pytest.raises(MotionError, match=r"between waypoints 2 and 3, at 1\.07 s, S goes to 1\.088\d* m, beyond its upper limit 1 m"):
         minimum_jerk(model, beyond, duration=2.0)
@@ -392,12 +422,16 @@ def test_made_motions_name_joint_limit_and_time(robot):
     with pytest.raises(MotionError, match=r"trapezoid: between waypoints 1 and 2, " + reach):
         trapezoid(model, Waypoints(np.array([[0.3], [0.4]])), duration=2.0)
     crank = robot(FOURBAR, drives=["A"])
-    with pytest.raises(MotionError, match=r"minjerk: in 0\.5 s the speed of A would be 2\.36 of its limit 10 rad/s, at 0\.25 s; the shortest time within all limits is"):
+    with pytest.raises(
+        MotionError, match=r"minjerk: in 0\.5 s the speed of A would be 2\.36 of its limit 10 rad/s, at 0\.25 s; the shortest time within all limits is"
+    ):
         minimum_jerk(crank, Waypoints(np.array([[0.0], [2 * np.pi]])), duration=0.5)
     whole = minimum_jerk(crank, Waypoints(np.array([[0.0], [2 * np.pi]])))  # a crank without limits goes where it is sent
     assert whole.motion.q[-1, 0] == pytest.approx(2 * np.pi) and "the file gives no limits of position for A: they go where the waypoints are" in whole.notes
     weak = robot(FOURBAR.replace('effort="5" velocity="10"', 'effort="4" velocity="100"'), drives=["A"])
-    with pytest.raises(MotionError, match=r"in 0\.4 s the effort of A would be 1\.9\d* of its limit 4 N m, at 0\.\d+ s; the shortest time within all limits is 0\.598"):
+    with pytest.raises(
+        MotionError, match=r"in 0\.4 s the effort of A would be 1\.9\d* of its limit 4 N m, at 0\.\d+ s; the shortest time within all limits is 0\.598"
+    ):
         minimum_jerk(weak, Waypoints(np.array([[0.0], [2 * np.pi]])), duration=0.4)
     limit = '<limit lower="-4" upper="-1.6" effort="1" velocity="1"/>'
     limited = FOURBAR.replace('<joint name="D" type="continuous">', '<joint name="D" type="revolute">')
@@ -405,7 +439,9 @@ def test_made_motions_name_joint_limit_and_time(robot):
     follows = robot(limited, drives=["A"])
     made = minimum_jerk(follows, Waypoints(np.array([[0.0], [2 * np.pi]])))
     lines = beyond_limits(follows, made.motion)
-    assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), lines
+    assert any(re.match(r"D follows to \S+ rad at sample \d+ \(time \S+\), beyond its upper limit -1.6 rad; narrow the waypoints", line) for line in lines), (
+        lines
+    )
     assert any(re.match(r"D follows at \S+ rad/s at sample \d+ \(time \S+\), beyond its limit 1 rad/s", line) for line in lines), lines
     assert not any("lower limit" in line for line in lines)
     low = beyond_limits(follows, replace(made.motion, q=made.motion.q - 5))
@@ -424,7 +460,9 @@ def test_files_need_the_columns_of_drives_and_of_what_floats(robot, written, ref
     assert (read_motion(model, lines("B"), map=constant).q[:, 0] == 0.5).all()
     unknown = robot(FOURBAR)
     said = refusal(unknown, lines("A"))
-    assert "no column 'B' for joint B. The columns of the joints that have motors would do, but fourbar doesn't say which these are; name them: --drives" in said
+    assert (
+        "no column 'B' for joint B. The columns of the joints that have motors would do, but fourbar doesn't say which these are; name them: --drives" in said
+    )
     assert "no column 'A' for joint A. " in refusal(unknown, lines("B")) and "no column 'B' for joint B. " in refusal(unknown, lines("D"), map=constant)
     flying = robot(FOURBAR, drives=["A"], floating_base=True)
     assert "no column 'floating_base.x' for joint floating_base; add its pose" in refusal(flying, lines("A"))

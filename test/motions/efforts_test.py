@@ -67,7 +67,9 @@ def test_a_log_of_drives_gives_motion_and_efforts_by_one_map(ur5, moved, written
 )
 def test_efforts_with_their_units(leg, written, joint, unit, factor):
     rows = "".join(f"{k / 10},{k},{2 * k},x\n" for k in range(8))
-    efforts = ksl.read_efforts(leg, written(f"t,{joint}.effort,current,note\n" + rows), map={f"{joint}.effort": {"to": f"{joint}.effort", "unit": unit, "offset": 3}} if unit else None)
+    efforts = ksl.read_efforts(
+        leg, written(f"t,{joint}.effort,current,note\n" + rows), map={f"{joint}.effort": {"to": f"{joint}.effort", "unit": unit, "offset": 3}} if unit else None
+    )
     j = leg.joint_names.index(joint)
     np.testing.assert_allclose(efforts.tau[:, j], factor * (np.arange(8.0) + 3 * bool(unit)), rtol=1e-15)
     assert np.isnan(efforts.tau[:, 1 - j]).all() and bool(efforts.notes[1:]) == (factor != 1.0)
@@ -77,12 +79,20 @@ def test_efforts_with_their_units(leg, written, joint, unit, factor):
     "text, rules, said",
     [
         ("time,i\n0,1\n1,2\n", None, "holds no efforts; name columns JOINT.effort, or say by a map"),
-        ("time,i\n0,1\n1,2\n", {"i": {"to": "hip.effort", "unit": "permille"}}, "column 'i' is in ‰ of a rated value, which isn't given; add it to the map: [rated] with hip = …, N m"),
+        (
+            "time,i\n0,1\n1,2\n",
+            {"i": {"to": "hip.effort", "unit": "permille"}},
+            "column 'i' is in ‰ of a rated value, which isn't given; add it to the map: [rated] with hip = …, N m",
+        ),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": 2.0}}, "[rated] names 'hip', whose column 'i' is no ‰"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hop": 2.0}}, "[rated] names 'hop', and no column is 'hop.effort'"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": -2.0}}, "rated.hip is -2.0; expected the effort that is 1000 ‰"),
         ("time,i\n0,1\n1,2\n", {"columns": {"i": "hip.effort"}, "rated": {"hip": 0}}, "rated.hip is 0; expected the effort that is 1000 ‰"),
-        ("time,i\n0,1\n1,2\n", {"i": {"to": "slide.effort", "unit": "Nm"}}, "column 'i' is in 'Nm', which is no unit of an effort; expected N, mN, kN or permille"),
+        (
+            "time,i\n0,1\n1,2\n",
+            {"i": {"to": "slide.effort", "unit": "Nm"}},
+            "column 'i' is in 'Nm', which is no unit of an effort; expected N, mN, kN or permille",
+        ),
         ("time,i\n0,1\n1,2\n", {"i": "hop.effort"}, "column 'i' is to be 'hop.effort', the effort of no joint with one coordinate; did you mean 'hip.effort'?"),
         ("time,i\n0,1\n1,2\n", {"j": "hip.effort"}, "column 'j' is not in"),
         ("time,hip.effort\n0,1\n0,2\n", None, "time 0 after 0; times must increase"),

@@ -209,7 +209,14 @@ def test_text_instead_of_numbers_in_an_npz_file(leg, packed, name):
 @pytest.mark.parametrize("name", ["time", "hip", "mode"])
 @pytest.mark.parametrize(
     ("kind", "words"),
-    [(complex, "complex numbers"), (np.complex64, "complex numbers"), ([("a", "f8"), ("b", "f8")], "records"), ("M8[ns]", "dates"), ("m8[ms]", "durations"), ("S3", "text")],
+    [
+        (complex, "complex numbers"),
+        (np.complex64, "complex numbers"),
+        ([("a", "f8"), ("b", "f8")], "records"),
+        ("M8[ns]", "dates"),
+        ("m8[ms]", "durations"),
+        ("S3", "text"),
+    ],
 )
 def test_arrays_of_other_types_in_an_npz_file(leg, tmp_path, kind, words, name):
     """Complex numbers were called text."""
@@ -390,7 +397,17 @@ def test_the_limits_of_the_page_are_those_of_the_readers():
     section = (Path(__file__).parents[2] / "docs/motions.md").read_text(encoding="utf-8").split("\n## Limits\n")[1]
     said = re.findall(r"^\| .* \| ([\d,]+)(?: (GiB|MiB))?(?: characters)? \|$", section, re.MULTILINE)
     numbers = [int(number.replace(",", "")) << {"GiB": 30, "MiB": 20, "": 0}[unit] for number, unit in said]
-    readers = (limits.MOTION_BYTES, limits.WORKBOOK_BYTES, limits.MOTION_NUMBERS, limits.COLUMNS, limits.LINE_BYTES, limits.NAME_LENGTH, limits.YAML_BYTES, limits.TOML_BYTES, limits.TOML_DEPTH)
+    readers = (
+        limits.MOTION_BYTES,
+        limits.WORKBOOK_BYTES,
+        limits.MOTION_NUMBERS,
+        limits.COLUMNS,
+        limits.LINE_BYTES,
+        limits.NAME_LENGTH,
+        limits.YAML_BYTES,
+        limits.TOML_BYTES,
+        limits.TOML_DEPTH,
+    )
     assert numbers == [*readers, limits.ROBOT_BYTES, limits.ATTRIBUTES, limits.NAMESPACE_LENGTH]
     assert f"at most {limits.MESSAGE_LENGTH:,} characters" in section
 

@@ -226,7 +226,10 @@ BAD = {
     "too few values": (changed(5, "0.3,0"), ":5: 2 values in a table of 3 columns; separate values by commas"),
     "infinite": (changed(6, "0.4,inf,0"), ":6: column 'hip' is infinite; every sample needs a finite number"),
     "time missing": (changed(6, ",0,0"), ":6: column 'time' is not a number or missing"),
-    "time standing still": ("time,hip,knee\n" + "".join(f"{k // 2},0,0\n" for k in range(8)), ":3: 4 of 8 samples have the time of another: the times have too few digits, or aren't those of the samples"),
+    "time standing still": (
+        "time,hip,knee\n" + "".join(f"{k // 2},0,0\n" for k in range(8)),
+        ":3: 4 of 8 samples have the time of another: the times have too few digits, or aren't those of the samples",
+    ),
     "time going back": (changed(6, "-0.25,0,0"), ":6: time -0.25 after 0.3; times must increase"),
     "no numbers": ("time,hip,knee\n" + "".join(f"{k},{k},\n" for k in range(8)), ": the positions of knee are not numbers in any sample"),
     "no time": (changed(1, "x,hip,knee"), ":1: no column `time`; found x, hip, knee"),

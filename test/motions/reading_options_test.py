@@ -321,7 +321,12 @@ def test_mistakes_on_the_command_line(leg, written, time, tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [({"degrees": "yes"}, "degrees is 'yes'; expected true or false"), ({"smooth": "20"}, "smooth is '20'; expected a number"), ({"time_unit": 3}, "time_unit is 3"), ({"map": 3}, "map is 3")],
+    [
+        ({"degrees": "yes"}, "degrees is 'yes'; expected true or false"),
+        ({"smooth": "20"}, "smooth is '20'; expected a number"),
+        ({"time_unit": 3}, "time_unit is 3"),
+        ({"map": 3}, "map is 3"),
+    ],
 )
 def test_values_that_no_option_has(tmp_path, options, words):
     """From programs and from files of load cases and sweeps, which hold anything."""
@@ -344,7 +349,9 @@ def test_the_model_comes_first(leg, written):
 def test_rates_of_a_mapped_joint_are_mapped_with_it(leg, written, names, rules, v, said):
     """By its scale, unless the map says something else of them."""
     t = np.arange(8.0)
-    path = written("time,slide," + ",".join(names.split()) + "\n" + "".join(f"{k},0,{k},1\n" if not names.startswith("x.v") else f"{k},0,1,{k}\n" for k in range(8)))
+    path = written(
+        "time,slide," + ",".join(names.split()) + "\n" + "".join(f"{k},0,{k},1\n" if not names.startswith("x.v") else f"{k},0,1,{k}\n" for k in range(8))
+    )
     motion = read_motion(leg, path, map=rules)
     if said is None:
         assert motion.v[:, 0] == pytest.approx(v + 0 * t) and not any("velocities of hip" in line for line in motion.differentiated)

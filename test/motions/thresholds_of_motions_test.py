@@ -128,7 +128,10 @@ def test_times_of_another_unit(robot, speed, step, said, limits):
 
 def test_instants_are_between_waypoints():
     path = _Path("trapezoid", None, None, np.array([0.0, 1.0, 4.0]), None, np.zeros(0))
-    assert [path.where(share, 8.0) for share in (0.2, 0.3)] == ["trapezoid: between waypoints 1 and 2, at 1.6 s", "trapezoid: between waypoints 2 and 3, at 2.4 s"]
+    assert [path.where(share, 8.0) for share in (0.2, 0.3)] == [
+        "trapezoid: between waypoints 1 and 2, at 1.6 s",
+        "trapezoid: between waypoints 2 and 3, at 2.4 s",
+    ]
 
 
 # samples
@@ -292,7 +295,13 @@ def test_rates_of_resampling(rate, ok):
         assert on_spline(np.arange(n + 0.0), x.T, between) == pytest.approx((between ** np.arange(degree + 1)[:, None]).T, abs=1e-8)
         bent = on_spline(np.arange(n + 0.0), np.arange(n + 0.0)[:, None] ** (degree + 1), np.array([0.5]))
         assert n == 2 or abs(bent[0, 0] - 0.5 ** (degree + 1)) > 1e-3, "no higher degree"
-    b = ksl.Builder("arm").add_link("a").add_link("b", 1.0, (0, 0, 0), np.eye(3)).add_link("c", 1.0, (0, 0, 0), np.eye(3)).add_link("d", 1.0, (0, 0, 0), np.eye(3))
+    b = (
+        ksl.Builder("arm")
+        .add_link("a")
+        .add_link("b", 1.0, (0, 0, 0), np.eye(3))
+        .add_link("c", 1.0, (0, 0, 0), np.eye(3))
+        .add_link("d", 1.0, (0, 0, 0), np.eye(3))
+    )
     b.add_joint("one", "continuous", "a", "b", axis=(0, 0, 1)).add_joint("ball", "spherical", "b", "c").add_joint("two", "continuous", "c", "d", axis=(0, 0, 1))
     exact = lambda t: np.column_stack([9 + t, np.outer(np.sin(t / 4), [1 / 3, 2 / 3, 2 / 3]), np.cos(t / 4), 7 - t])
     joints, sign = b.build().joints[:3], np.array([1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1])[:, None]  # quaternions of either sign
@@ -348,7 +357,12 @@ def test_noise_behind_a_filter_is_an_integral(cutoff, derivative):
 def test_a_suitable_cutoff_is_that_of_the_least_error(seed):
     """By a sine transform of its own, and 60 candidates that are tried one by one."""
     rng = np.random.default_rng(seed)
-    n, h, noise, weight = 400 + 37 * seed if seed < 6 else 9001 if seed < 7 else 9 + seed, 0.004, np.array([1e-4, 3e-5]) * 10.0 ** rng.uniform(-1, 1, 2), np.array([2.0, 0.5])
+    n, h, noise, weight = (
+        400 + 37 * seed if seed < 6 else 9001 if seed < 7 else 9 + seed,
+        0.004,
+        np.array([1e-4, 3e-5]) * 10.0 ** rng.uniform(-1, 1, 2),
+        np.array([2.0, 0.5]),
+    )
     t = h * np.arange(n)
     x = np.column_stack([np.sin(2 * np.pi * (1 + seed) * t), 0.3 * np.cos(9 * t)]) * (1 if seed < 7 else 1e-3) + noise * rng.normal(size=(n, 2))
     rest = x - x[0] - np.linspace(0, 1, n)[:, None] * (x[-1] - x[0])
@@ -484,10 +498,7 @@ def test_waypoints_at_a_limit(robot, make, side, end):
         make(m, Waypoints(np.array([[0.0], [side * (2 + 2.1e-6)]])))
 
 
-@pytest.mark.parametrize(
-    ("effort", "time"),
-    [(1e9, 2.5 * (1 + 1e-4)), (1.05, 2.5 + 0.8 / 3), (0.35, 2.5 + 0.8), (0.035, 2 * np.sqrt(2 / 0.1))],
-)
+@pytest.mark.parametrize(("effort", "time"), [(1e9, 2.5 * (1 + 1e-4)), (1.05, 2.5 + 0.8 / 3), (0.35, 2.5 + 0.8), (0.035, 2 * np.sqrt(2 / 0.1))])
 @pytest.mark.parametrize("acceleration", [5.0, 1e3, 1e8])
 def test_the_fastest_trapezoid_within_efforts(robot, monkeypatch, effort, time, acceleration):
     """2 rad at 0.8 rad/s, about the vertical, with 0.28 kg m²: the acceleration that 80 % of the effort gives is the best one that is allowed, however much is.
@@ -644,7 +655,13 @@ def test_units_of_columns(quantity, factor):
         for per_time in (0, 1, 2):
             for end in ENDS[per_time] or ("",):
                 expected = None if quantity == "time" and per_time else Unit(quantity, per_time, pytest.approx(factor, rel=1e-15))
-                for text in (name + end, f"[{name}{end}]", f"( {name} {end})", f"<{name}{end}>", (name + end).upper() if (name + end).isascii() else name + end):
+                for text in (
+                    name + end,
+                    f"[{name}{end}]",
+                    f"( {name} {end})",
+                    f"<{name}{end}>",
+                    (name + end).upper() if (name + end).isascii() else name + end,
+                ):
                     assert unit_of(text) == expected, text
 
 
@@ -998,7 +1015,9 @@ def test_a_full_turn_is_one_to_a_hundredth(size, turn):
         assert " at 0.5 s (2 such jumps)" in sentences_about_jumps((joint,), found, {}, 0.1 * np.arange(9))[2][0]
         found = {joint.name: Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5, size)])}
         (said,) = sentences_about_jumps((joint,), found, {}, 0.1 * np.arange(9))[2]
-        assert said.startswith(f"{joint.name} jumps by {size:.4g} at 0.5 s") and "such" not in said and ("a full turn. Unwrap" in said) == (turn and joint is hip)
+        assert (
+            said.startswith(f"{joint.name} jumps by {size:.4g} at 0.5 s") and "such" not in said and ("a full turn. Unwrap" in said) == (turn and joint is hip)
+        )
 
 
 @pytest.mark.parametrize(
@@ -1051,7 +1070,9 @@ def test_where_rates_contradict_most(leg):
         found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(-1, 0.5 + k, 0.25) for k in range(many)])}
         assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"the sample of slide at 0.5 s is 0.25 off those around it{often}: efforts")
         found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(1, 0.5 + k, 0.25) for k in range(many)])}
-        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"the rate of slide jumps by 0.25 at 0.5 s{often.replace('samples', 'jumps')}, which")
+        assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(
+            f"the rate of slide jumps by 0.25 at 0.5 s{often.replace('samples', 'jumps')}, which"
+        )
     for many, often in ((1, ""), (2, " (2 such jumps)")):
         found = {"slide": Found(Jumps(2, np.empty(0), np.empty(0)), [(0, 0.5 + k, 0.25) for k in range(many)])}
         assert sentences_about_jumps((SLIDE,), found, {}, t)[2][0].startswith(f"slide jumps by 0.25 at 0.5 s{often}, which no force can do")

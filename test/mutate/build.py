@@ -66,7 +66,22 @@ class Build:
             mutated[name] = mutator.file(name, f.read_bytes(), dropped)
         self.mutants = mutator.mutants
         wanted = set()
-        for top in ("include", "src", "cmake", "test/engine", "test/batch", "test/c_api", "test/description", "test/load", "test/text", "test/algebra", "test/faults", "api", "python", "scripts"):
+        for top in (
+            "include",
+            "src",
+            "cmake",
+            "test/engine",
+            "test/batch",
+            "test/c_api",
+            "test/description",
+            "test/load",
+            "test/text",
+            "test/algebra",
+            "test/faults",
+            "api",
+            "python",
+            "scripts",
+        ):
             for f in (ROOT / top).rglob("*"):
                 if f.is_file() and "__pycache__" not in f.parts:
                     name = str(f.relative_to(ROOT))

@@ -49,15 +49,27 @@ KNOWN = {
     "small_motions": [("python/ksl/small_motions/modes.py", "R - Z @ np.linalg.solve(kzz, Z.T @ K @ R)", "- → +")],
     "parts": [("python/ksl/parts/bodies.py", "m * acceleration + np.cross(turn, h)", "+ → -")],
 }
-PROGRAMS = {"engine": ("engine_test", "interfaces_test"), "load": ("load_test",), "batch": ("threads_test", "threads_fault_test", "engine_test", "interfaces_test")}
+PROGRAMS = {
+    "engine": ("engine_test", "interfaces_test"),
+    "load": ("load_test",),
+    "batch": ("threads_test", "threads_fault_test", "engine_test", "interfaces_test"),
+}
 FOLDERS = {"load_test": "test/load", "threads_fault_test": "test/faults"}
 IN_PYTHON = {
     "engine": ["test/laws"],
     "batch": ["test/mechanism/threads_test.py", "test/model/processes_test.py", "test/engine/elements/force_elements_test.py"],
     "load": [
         f"test/{name}_test.py"
-        for name in ("model/model", "model/physics", "mechanism/joint_kinds", "engine/elements/force_elements", "robot_files/loops_file", "robot_files/assembly")
-    ] + ["test/reference/readers_test.py"],
+        for name in (
+            "model/model",
+            "model/physics",
+            "mechanism/joint_kinds",
+            "engine/elements/force_elements",
+            "robot_files/loops_file",
+            "robot_files/assembly",
+        )
+    ]
+    + ["test/reference/readers_test.py"],
 }
 """Tests that meet the mutated module, after the first program."""
 PYTHON = python_mutator.ROOMS

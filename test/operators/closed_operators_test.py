@@ -120,7 +120,9 @@ def test_products_in_both_directions(of, name):
 
 
 @pytest.mark.parametrize("of", [*CLOSED, "cylindrical", "planar"])
-@pytest.mark.parametrize("name, axes", [("inverse_dynamics", "world"), ("forward_dynamics", "link"), ("bias", None), ("gravity_torque", None), ("reactions", None)])
+@pytest.mark.parametrize(
+    "name, axes", [("inverse_dynamics", "world"), ("forward_dynamics", "link"), ("bias", None), ("gravity_torque", None), ("reactions", None)]
+)
 def test_external_wrenches_and_parameters(of, name, axes):
     """By these alone, in which all are smooth at one motion."""
     c = closed_named(of)
@@ -199,7 +201,9 @@ def test_states_that_have_no_result():
     opened = [x[0] + 0, *x[1:]]
     opened[0][66, 1] += 0.1
     for stage, given in ((Stage.VALUE, opened), (Stage.JVP, [*opened, *dx])):
-        with pytest.raises(ksl.ResultError, match=r"inverse_dynamics: state 66: loop joint closure is open at this position by .* close\(q\) gives the nearest") as e:
+        with pytest.raises(
+            ksl.ResultError, match=r"inverse_dynamics: state 66: loop joint closure is open at this position by .* close\(q\) gives the nearest"
+        ) as e:
             one(operator, stage, *given)
         assert e.value.state == 66
     moving = [x[0], x[1] + [0, 1, 0], x[2]]
@@ -231,7 +235,9 @@ def test_what_is_refused_by_name():
     with pytest.raises(ValueError, match="close: no joint of this model closes a loop"):
         Operator(m.without_loops(), "close", None, More(given=(0,)), 1)
     for joints, said in (([], "have 0 coordinates"), (["to crank", "to rocker"], "have 2 coordinates")):
-        with pytest.raises(ksl.ResultError, match=f"close: state 0: the joints named {said}, from which the others must follow, and the mechanism has 1 freedom at"):
+        with pytest.raises(
+            ksl.ResultError, match=f"close: state 0: the joints named {said}, from which the others must follow, and the mechanism has 1 freedom at"
+        ):
             one(operator_of(c, "close", given=joints), Stage.JVP, x[0], dx[0])
     with pytest.raises(ksl.ResultError, match="consistent_velocity: state 0: the given joints leave freedoms"):
         one(operator_of(c, "consistent_velocity", given=[]), Stage.VALUE, *x[:2])

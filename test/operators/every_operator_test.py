@@ -78,7 +78,11 @@ def test_other_types_and_no_states(library, robot, name):
     assert np.array_equal(call({k: array(x) for k, x in numbers.items()}), expected), "arrays of NumPy are constants"
     assert call({k: x[:0] for k, x in numbers.items()}).shape == (0, *expected.shape[1:])
     small = {k: x.astype(np.float16) for k, x in numbers.items()}
-    with pytest.raises(TypeError, match="float16; expected .*float32 or .*float64") if robot != "four-bar" or name == "close" else pytest.raises((TypeError, ValueError)):
+    with (
+        pytest.raises(TypeError, match="float16; expected .*float32 or .*float64")
+        if robot != "four-bar" or name == "close"
+        else pytest.raises((TypeError, ValueError))
+    ):
         call({k: array(x) for k, x in small.items()})
 
 

@@ -214,7 +214,9 @@ def test_what_is_refused():
     m = robot_named("physics")
     d = ksl.jax.differentiable(m)
     q, v, a = given_to(m, "inverse_dynamics")
-    with pytest.raises(TypeError, match="inverse_dynamics: arguments have different types: q float64, v float32, a float64; give all float32 or all float64, by x.astype"):
+    with pytest.raises(
+        TypeError, match="inverse_dynamics: arguments have different types: q float64, v float32, a float64; give all float32 or all float64, by x.astype"
+    ):
         d.inverse_dynamics(q, v.astype(jnp.float32), a)
     with pytest.raises(TypeError, match="expected float32 or float64"):
         d.gravity_torque(q.astype(jnp.float16))
@@ -222,7 +224,9 @@ def test_what_is_refused():
         d.gravity_torque(jnp.zeros(6, int))
     with pytest.raises(ValueError, match=r"gravity_torque: q has shape \(2, 5\); expected \(…, 6\): nq numbers for each state"):
         jax.jit(d.gravity_torque)(q[:, :5])
-    with pytest.raises(TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"):
+    with pytest.raises(
+        TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"
+    ):
         jax.grad(lambda at: d.reactions(q, v, a, at=at).sum())(jnp.zeros(3))
     with pytest.raises(NotImplementedError, match="reactions: there are no second derivatives of it"):
         jax.hessian(lambda q: d.reactions(q, v, a).sum())(q)
@@ -247,7 +251,9 @@ def test_what_becomes_an_array_and_what_does_not():
     np.testing.assert_array_equal(d.gravity_torque(numbers.astype(">f8")), d.gravity_torque(numbers))
     np.testing.assert_array_equal(d.gravity_torque([0] * 6), d.gravity_torque(q))
     by_force = jax.grad(lambda f: d.inverse_dynamics(q, 0.0, 0.0, external={tip: [f, 0, 0, 0, 0, 0]}).sum())(1.0)
-    np.testing.assert_allclose(by_force, m.inverse_dynamics(*[np.zeros(6)] * 3, external={tip: np.eye(6)[0]}).sum() - m.gravity_torque(np.zeros(6)).sum(), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        by_force, m.inverse_dynamics(*[np.zeros(6)] * 3, external={tip: np.eye(6)[0]}).sum() - m.gravity_torque(np.zeros(6)).sum(), rtol=1e-9, atol=1e-9
+    )
     for given in ((q,), (q, jnp.asarray(m.parameters))):
         assert jax.vmap(jax.grad(lambda *x: d.gravity_torque(*x).sum()))(*(x[None][:0] for x in given)).shape == (0, 6)
     pushed = lambda *wrenches: d.inverse_dynamics(q, 0.0, 0.0, external=dict(zip((tip, other), wrenches)))
@@ -268,7 +274,11 @@ def test_numbers_that_no_device_has_come_to_the_processor(monkeypatch):
     m = robot_named("physics")
     d = ksl.jax.differentiable(m)
     q, single = np.linspace(-1, 1, 12).reshape(2, 6), np.float32
-    calls = [lambda: d.inverse_dynamics(q, 0.5, [0] * 6), lambda: d.inverse_dynamics(q.astype(single), 0.5, 1), lambda: jax.grad(lambda x: d.gravity_torque(x).sum())(q[0])]
+    calls = [
+        lambda: d.inverse_dynamics(q, 0.5, [0] * 6),
+        lambda: d.inverse_dynamics(q.astype(single), 0.5, 1),
+        lambda: jax.grad(lambda x: d.gravity_torque(x).sum())(q[0]),
+    ]
     here = [call() for call in calls]
     monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
     for before, call in zip(here, calls):

@@ -135,7 +135,9 @@ def _four_bar() -> Closed:
     for name, mass, length, parent, x in (("crank", 1.0, 0.2, "ground", 0.0), ("coupler", 2.0, 0.6, "crank", 0.2), ("rocker", 1.5, 0.5, "ground", 0.6)):
         b.add_link(name, mass=mass, center_of_mass=(length / 2, 0, 0), inertia=np.diag([0.001, 1, 1]) * mass * length**2 / 12)
         b.add_joint(f"to {name}", "continuous", parent, name, pose=_at(x), axis=(0, 1, 0), damping=0.3, friction=0.2, armature=0.02, spring_stiffness=1.5)
-    b.add_link("fan", mass=0.2, center_of_mass=(0, 0, 0.1), inertia=np.eye(3) * 0.01).add_joint("to fan", "continuous", "coupler", "fan", axis=(1, 0, 0), mimic=("to crank", -2.0, 0.1))
+    b.add_link("fan", mass=0.2, center_of_mass=(0, 0, 0.1), inertia=np.eye(3) * 0.01).add_joint(
+        "to fan", "continuous", "coupler", "fan", axis=(1, 0, 0), mimic=("to crank", -2.0, 0.1)
+    )
     b.add_force_element("spring", "ground", (0.1, 0, -0.3), "rocker", (0.2, 0, 0), stiffness=80.0, free_length=0.2, damping=5.0)
     b.add_loop("closure", "revolute", "coupler", "rocker", _at(0.6), _at(0.5), axis=(0, 1, 0))
     m = b.build(drives=["to crank"], physics=["all", "force elements"], friction_width=1.0)
@@ -146,7 +148,9 @@ def _two_balls() -> Closed:
     """The second link keeps its axes, whatever the first does."""
     b = ksl.Builder("two balls").add_link("ground", mass=1.0, inertia=np.eye(3))
     for name, parent, place in (("first", "ground", _at(0.1, 0.2)), ("second", "first", _at(0.3, -0.1, 0.2))):
-        b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(f"to {name}", "spherical", parent, name, pose=place)
+        b.add_link(name, mass=2.0, center_of_mass=(0.2, 0.1, -0.1), inertia=np.diag([0.2, 0.3, 0.4])).add_joint(
+            f"to {name}", "spherical", parent, name, pose=place
+        )
     m = b.add_loop("slides", "translation", "second", "ground", _at(0.1), _at(0, 0.2)).build(drives=["to first"])
     first = np.array([0.1, 0.5, -0.2, 0.8])
     return Closed(m, m.close([*first / np.linalg.norm(first), 0, 0, 0, 1], hold=["to first"]).q, ["to first"])

@@ -64,7 +64,11 @@ def test_the_table_of_calls_is_that_of_the_operators():
         for i, name in enumerate(names):
             own = by.split(";")[min(i, by.count(";"))]
             beside |= {name} if "`external=`" in own else set()
-            listed[name] = ([x.strip() for x in own.replace(", `external=`", "").split(",")], twice == "yes" or (twice == "the first" and i == 0), parameters == "yes")
+            listed[name] = (
+                [x.strip() for x in own.replace(", `external=`", "").split(",")],
+                twice == "yes" or (twice == "the first" and i == 0),
+                parameters == "yes",
+            )
     assert listed == {name: (list(row.inputs), bool(row.second), bool(row.regressor)) for name, row in rows.items()}
     calls = {name: signature(call).parameters for name, call in vars(Calls).items() if not name.startswith("_")}
     assert set(calls) == set(rows) and beside == {name for name, parameters in calls.items() if "external" in parameters}

@@ -61,7 +61,9 @@ def test_gradients_by_external_wrenches(robot, name, axes, parameters):
     q, *rest = (each.detach().numpy() for each in x[:5])
     if not parameters:
         links = (robot.link_names[-1], robot.link_names[2])
-        expected = getattr(robot, name)(d.integrate(torch.tensor(q), 0.0).numpy(), *rest[:2], external=dict(zip(links, (rest[2], np.tile(rest[3], (2, 1))))), external_axes=axes)
+        expected = getattr(robot, name)(
+            d.integrate(torch.tensor(q), 0.0).numpy(), *rest[:2], external=dict(zip(links, (rest[2], np.tile(rest[3], (2, 1))))), external_axes=axes
+        )
         np.testing.assert_allclose(f(*x).detach(), expected, rtol=1e-11, atol=1e-11)
     mapped = torch.func.vmap(f, in_dims=(0, 0, 0, 0, None) + (None,) * parameters)(*(each.detach() for each in x))
     torch.testing.assert_close(mapped, f(*x).detach(), rtol=0, atol=0)
@@ -121,8 +123,16 @@ def test_descent_along_a_closed_mechanism():
         strokes = strokes - torch.linalg.lstsq(torch.func.jacrev(missed)(strokes), missed(strokes)).solution
     assert missed(strokes).abs().max() < 1e-11 < 1e-2 < (strokes - start[legs]).abs().max()
     # The other way round, a pose with a quaternion of any length is given, and the legs follow; efforts know the coordinates of drives alone.
-    needed = lambda pose: (whole := d.close(torch.cat([pose, start[7:]]), ["free"]))[legs] * d.gravity_torque(whole)[[m.joint(name).v_index for name in c.drives]]
-    assert gradcheck(needed, (torch.cat([start[:3], torch.tensor([0.1, -0.2, 0.3, 1.2], dtype=torch.float64)]).requires_grad_(),), check_forward_ad=True, atol=1e-4, rtol=1e-4)
+    needed = lambda pose: (
+        (whole := d.close(torch.cat([pose, start[7:]]), ["free"]))[legs] * d.gravity_torque(whole)[[m.joint(name).v_index for name in c.drives]]
+    )
+    assert gradcheck(
+        needed,
+        (torch.cat([start[:3], torch.tensor([0.1, -0.2, 0.3, 1.2], dtype=torch.float64)]).requires_grad_(),),
+        check_forward_ad=True,
+        atol=1e-4,
+        rtol=1e-4,
+    )
     with pytest.raises(NotImplementedError, match="there are no second derivatives of it"):
         torch.func.hessian(miss)(start)
     with pytest.raises(ksl.ResultError, match="gravity_torque: state 0: loop joint S0 is open at this position by .* close"):
@@ -159,7 +169,9 @@ def test_functions_of_functions():
     torch.testing.assert_close(func.vmap(f)(q, v, a, p), apart, rtol=0, atol=0)
     torch.testing.assert_close(f(q, v, a, p), apart, rtol=0, atol=0)
     twofold = lambda x: torch.stack([x, -x], dim=1)
-    torch.testing.assert_close(func.vmap(func.vmap(f))(*map(twofold, (q, v, a)), torch.stack([p, p], dim=1)), torch.stack([apart, f(-q, -v, -a, p)], dim=1), rtol=0, atol=0)
+    torch.testing.assert_close(
+        func.vmap(func.vmap(f))(*map(twofold, (q, v, a)), torch.stack([p, p], dim=1)), torch.stack([apart, f(-q, -v, -a, p)], dim=1), rtol=0, atol=0
+    )
     cost = lambda q, v, a, p: (f(q, v, a, p) ** 2).sum()
     for given in ((q, v, a), (q, v, a, p)):
         assert func.vmap(func.grad(lambda q, *x: f(q, *x).sum()))(*(x[:0] for x in given)).shape == (0, m.nq)
@@ -320,7 +332,10 @@ def test_what_is_refused():
     m = robot_named("physics")
     d = ksl.torch.differentiable(m)
     q, v, a = given_to(m, "inverse_dynamics")
-    with pytest.raises(TypeError, match=r"inverse_dynamics: arguments have different types: q torch.float64, v torch.float32, a torch.float64; give all float32 or all float64, by x.to"):
+    with pytest.raises(
+        TypeError,
+        match=r"inverse_dynamics: arguments have different types: q torch.float64, v torch.float32, a torch.float64; give all float32 or all float64, by x.to",
+    ):
         d.inverse_dynamics(q, v.float(), a)
     with pytest.raises(TypeError, match=r"expected torch.float32 or torch.float64"):
         d.gravity_torque(q.half())
@@ -333,7 +348,9 @@ def test_what_is_refused():
             d.gravity_torque(torch.nested.nested_tensor([torch.zeros(2, 6), torch.zeros(1, 6)], layout=layout))
     with pytest.raises(ValueError, match=r"gravity_torque: q has shape \(2, 5\); expected \(…, 6\)"):
         d.gravity_torque(q[:, :5])
-    with pytest.raises(TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"):
+    with pytest.raises(
+        TypeError, match="reactions: at is an array that is differentiated or traced, and there is no derivative by it; give three plain numbers"
+    ):
         d.reactions(q, v, a, at=torch.zeros(3, requires_grad=True))
     with pytest.raises(NotImplementedError, match="reactions: there are no second derivatives of it"):
         (g,) = torch.autograd.grad((d.reactions(q, v, a) ** 2).sum(), q, create_graph=True)

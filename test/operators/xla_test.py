@@ -24,7 +24,16 @@ STRUCTS = {
     "attributes": ("XLA_FFI_Attrs", {"size": "struct_size", "n": "size", "kind": "types", "name": "names", "each": "attrs"}),
     "call_frame": (
         "XLA_FFI_CallFrame",
-        {"size": "struct_size", "first": "extension_start", "api": "api", "context": "ctx", "what": "stage", "arguments": "args", "results": "rets", "constants": "attrs"},
+        {
+            "size": "struct_size",
+            "first": "extension_start",
+            "api": "api",
+            "context": "ctx",
+            "what": "stage",
+            "arguments": "args",
+            "results": "rets",
+            "constants": "attrs",
+        },
     ),
 }
 WHOLE = {"extension", "version", "error_arguments", "buffer", "scalar", "text", "buffers", "attributes"}
@@ -49,7 +58,7 @@ def test_structs_and_constants_are_those_of_the_header(tmp_path):
         pytest.skip("no C++ compiler")
     lines = [f'#include "{OURS}"', "#include <cstddef>", '#include "xla/ffi/api/c_api.h"']
     for ours, (theirs, members) in STRUCTS.items():
-        lines += [f"static_assert(offsetof(xla::{ours}, {a}) == offsetof({theirs}, {b}), \"{ours}.{a}\");" for a, b in members.items()]
+        lines += [f'static_assert(offsetof(xla::{ours}, {a}) == offsetof({theirs}, {b}), "{ours}.{a}");' for a, b in members.items()]
         lines += [f'static_assert(sizeof(xla::{ours}) == sizeof({theirs}), "{ours}");'] if ours in WHOLE else []
     lines += [f'static_assert({ours} == {theirs}, "{theirs}");' for ours, theirs in CONSTANTS.items()]
     source = tmp_path / "same.cpp"

@@ -8,6 +8,7 @@ from writers import ARM
 import ksl
 from ksl.output import OutputError
 
+
 @pytest.mark.parametrize("name", ["null", "full"])
 def test_devices_are_written_to_and_not_replaced(tmp_path, name):
     device = Path("/dev") / name

@@ -32,7 +32,9 @@ def solved(folder, cases, kind, units, coupling, turned=False):
     if turned:
         text, held = held_elsewhere(text, part)
     text = text.replace("*STEP", "*NSET, NSET=HELD\n" + ", ".join(map(str, dict.fromkeys(held))) + "\n*STEP", 1)
-    text = text.replace("*NODE FILE", "*NODE PRINT, NSET=HELD\nRF\n*NODE PRINT, NSET=PART_NODES\nU\n*EL PRINT, ELSET=PART\nS\n*EL PRINT, ELSET=PART\nCOORD\n*NODE FILE")
+    text = text.replace(
+        "*NODE FILE", "*NODE PRINT, NSET=HELD\nRF\n*NODE PRINT, NSET=PART_NODES\nU\n*EL PRINT, ELSET=PART\nS\n*EL PRINT, ELSET=PART\nCOORD\n*NODE FILE"
+    )
     (folder / "run.inp").write_text(text)
     done = subprocess.run(["ccx", "run"], cwd=folder, capture_output=True, text=True, timeout=300)
     assert "*ERROR" not in done.stdout, done.stdout[-2000:]
@@ -72,7 +74,9 @@ def held_elsewhere(text, part):
     return text, [part.mesh.numbers[new] for new in other.values()]
 
 
-@pytest.mark.parametrize(("kind", "units", "coupling"), [("C3D20R", "m-kg-s", "distributing"), ("C3D20R", "mm-t-s", "rigid"), ("C3D10", "mm-t-s", "distributing")])
+@pytest.mark.parametrize(
+    ("kind", "units", "coupling"), [("C3D20R", "m-kg-s", "distributing"), ("C3D20R", "mm-t-s", "rigid"), ("C3D10", "mm-t-s", "distributing")]
+)
 def test_nothing_holds_a_swinging_bar_and_its_stresses_do_not_depend_on_what_holds_it(tmp_path, kind, units, coupling):
     """Gravity, ω and α, a wrench at the tip and the hinge's: what three nodes hold is round-off, relative to the force of the hinge."""
     cases = bar_cases()

@@ -113,7 +113,10 @@ def test_a_deck_of_nastran_is_in_balance(tmp_path, units):
     text, _ = deck_of(tmp_path, "nastran", units)
     lines, at, force, moment, fall, omega2, axis = text.splitlines(), {}, np.zeros(3), np.zeros(3), np.zeros(3), 0.0, np.eye(3)[2]
     for i, line in enumerate(lines):
-        card, words = line[:8].strip(), [line[k : k + 16].strip() for k in range(8, 72, 16)] + [lines[min(i + 1, len(lines) - 1)][k : k + 16].strip() for k in range(8, 72, 16)]
+        card, words = (
+            line[:8].strip(),
+            [line[k : k + 16].strip() for k in range(8, 72, 16)] + [lines[min(i + 1, len(lines) - 1)][k : k + 16].strip() for k in range(8, 72, 16)],
+        )
         if card == "GRID*":
             at[words[0]] = np.array([float(x) for x in words[2:5]])
         elif card in ("FORCE*", "MOMENT*"):
@@ -149,7 +152,9 @@ def test_cards_of_nastran_have_eight_fields_and_its_order_of_nodes(tmp_path):
     for nodes in bricks:
         for (a, b), middle in zip(edges, nodes[8:], strict=True):
             np.testing.assert_allclose(at[middle], (at[nodes[a]] + at[nodes[b]]) / 2, atol=1e-9)
-    assert len(bricks) == 6 and [card[2:7] for card in cards_of if card[0] == "RBE3"] == [["", card[3], "123456", "1.0", "123"] for card in cards_of if card[0] == "RBE3"]
+    assert len(bricks) == 6 and [card[2:7] for card in cards_of if card[0] == "RBE3"] == [
+        ["", card[3], "123456", "1.0", "123"] for card in cards_of if card[0] == "RBE3"
+    ]
 
 
 def test_a_mesh_of_another_mass_leaves_a_share_to_the_nodes_that_hold_it_or_is_relieved(tmp_path):
@@ -177,13 +182,21 @@ def test_without_a_mesh_there_are_loads_alone(tmp_path):
     cases = bar_cases()
     names = cases.write(tmp_path, ["calculix", "nastran"])
     text = (tmp_path / "bar_calculix.inp").read_text()
-    assert names[-2:] == ["bar_calculix.inp", "bar_nastran.bdf"] and "include this file behind a mesh" in text and "*ELEMENT" not in text and "*BOUNDARY" not in text
+    assert (
+        names[-2:] == ["bar_calculix.inp", "bar_nastran.bdf"]
+        and "include this file behind a mesh" in text
+        and "*ELEMENT" not in text
+        and "*BOUNDARY" not in text
+    )
     assert "SURFACE=SURFACE_HINGE" in text and "its forces need a mesh" in text and "without a mesh" in cases.deck_notes[0]
 
 
 BAD = {
     "a set": ({"sets": {"hinge": "rot"}}, "no node set 'rot'; did you mean 'ROOT'. it has SOLID, ROOT, TIP; say on which set hinge of bar acts"),
-    "millimetres": ({"units": "mm-t-s"}, "the mesh is .* mm large, and the points of bar at which loads act are .* mm apart; is it in m. then take the units m-kg-s"),
+    "millimetres": (
+        {"units": "mm-t-s"},
+        "the mesh is .* mm large, and the points of bar at which loads act are .* mm apart; is it in m. then take the units m-kg-s",
+    ),
     "a radius": ({"radius": {"hinge": 20.0}}, "radius of hinge: 20 m, and the part is .* m large; radii are in m"),
     "too near": ({"radius": {"hinge": 0.001}}, "no face of the surface has all its nodes within 0.001 m of hinge; its point is .* m from the nearest node"),
     "one set of two rigid bodies": ({"sets": {"hinge": "root", "tip": "root"}, "coupling": "rigid"}, "hinge and tip act on the same nodes"),
@@ -205,9 +218,16 @@ def test_what_makes_no_deck_is_said(tmp_path, options, said):
 
 def test_a_mesh_asks_for_a_deck_and_names_make_no_lines_of_their_own(tmp_path):
     mesh = bar(tmp_path / "bar.inp", "C3D8", SIZE, (2, 1, 1))
-    b = ksl.Builder("swing").add_link("base").add_link("bar, *STEP", 1.0, (0.2, 0, 0), np.eye(3)).add_joint("hinge", "revolute", "base", "bar, *STEP", axis=(0, 1, 0))
+    b = (
+        ksl.Builder("swing")
+        .add_link("base")
+        .add_link("bar, *STEP", 1.0, (0.2, 0, 0), np.eye(3))
+        .add_joint("hinge", "revolute", "base", "bar, *STEP", axis=(0, 1, 0))
+    )
     case = replace(ksl.compute_loads(b.build(), (np.arange(2.0), *np.ones((3, 2, 1)))).cases[0], name="a\n*STEP")
-    names = ksl.free_bodies(ksl.compute_loads(b.build(), cases=[case]), times=[0], links=["bar, *STEP"]).write(tmp_path, meshes={"bar, *STEP": mesh}, options=DeckOptions(sets={"hinge": "root"}))
+    names = ksl.free_bodies(ksl.compute_loads(b.build(), cases=[case]), times=[0], links=["bar, *STEP"]).write(
+        tmp_path, meshes={"bar, *STEP": mesh}, options=DeckOptions(sets={"hinge": "root"})
+    )
     assert names[-1] == "bar___STEP_calculix.inp" and (tmp_path / names[-1]).read_text().splitlines().count("*STEP") == 1
 
 

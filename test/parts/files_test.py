@@ -19,7 +19,22 @@ def folder(tmp_path_factory, examples):
     folder = tmp_path_factory.mktemp("parts")
     shutil.copy(examples / "robots" / "panda.urdf", folder)
     shutil.copy(examples / "motions" / "panda_pick.csv", folder)
-    done = run_ksl("loads", "panda.urdf", "panda_pick.csv", "--payload", "2,0,0,0.1", "--on-link", "panda_flange", "--on", "parent", "--at", "0,0,0.05", "-o", "results", cwd=folder)
+    done = run_ksl(
+        "loads",
+        "panda.urdf",
+        "panda_pick.csv",
+        "--payload",
+        "2,0,0,0.1",
+        "--on-link",
+        "panda_flange",
+        "--on",
+        "parent",
+        "--at",
+        "0,0,0.05",
+        "-o",
+        "results",
+        cwd=folder,
+    )
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -63,12 +78,29 @@ def test_tables_are_in_balance_and_say_units(folder, tmp_path):
     from openpyxl import load_workbook
 
     sheet = load_workbook(tmp_path / "out" / "free_bodies.xlsx")["Free bodies"]
-    assert [c.value for c in sheet[1]][-8:-1] == ["z", *COMPONENTS] and [c.value for c in sheet[2]][-7:-1] == ["N"] * 3 + ["N m"] * 3 and sheet.max_row == 2 + len(rows_of(tmp_path / "out" / "free_bodies.csv"))
+    assert (
+        [c.value for c in sheet[1]][-8:-1] == ["z", *COMPONENTS]
+        and [c.value for c in sheet[2]][-7:-1] == ["N"] * 3 + ["N m"] * 3
+        and sheet.max_row == 2 + len(rows_of(tmp_path / "out" / "free_bodies.csv"))
+    )
 
 
 def test_a_frame_of_a_part_and_stress_factors_by_command(folder, tmp_path):
     (tmp_path / "stress.toml").write_text("[panda_link3]\npanda_joint3 = [[0, 0, 0, 2e5, 0, 0], [0, 0, 0, 0, 3e5, 0]]\n")
-    done = run_ksl("free-bodies", "results", "-o", tmp_path / "out", "--stress", tmp_path / "stress.toml", "--most", "4", "--frame", "panda_link3=0,0,0.1,0,0,1.5707963267948966", "--json", cwd=folder)
+    done = run_ksl(
+        "free-bodies",
+        "results",
+        "-o",
+        tmp_path / "out",
+        "--stress",
+        tmp_path / "stress.toml",
+        "--most",
+        "4",
+        "--frame",
+        "panda_link3=0,0,0.1,0,0,1.5707963267948966",
+        "--json",
+        cwd=folder,
+    )
     said = json.loads(done.stdout)
     body = said["cases"][0]["bodies"]["panda_link3"]
     plain = ksl.free_bodies(folder / "results", times=[said["cases"][0]["time"]])[0].bodies["panda_link3"]
@@ -103,7 +135,9 @@ def test_results_that_have_changed_are_refused(folder, tmp_path):
     heavy = tmp_path / "heavy.urdf"
     heavy.write_text(other.replace('<mass value="', '<mass value="1', 1))
     (tmp_path / "gone").mkdir()
-    with pytest.raises(ksl.MotionError, match=r"forces of the results differ by up to .* N at .* from what the robot file gives: .* have changed since; run `ksl loads` again"):
+    with pytest.raises(
+        ksl.MotionError, match=r"forces of the results differ by up to .* N at .* from what the robot file gives: .* have changed since; run `ksl loads` again"
+    ):
         ksl.free_bodies(folder / "results", robot=heavy)
     with pytest.raises(ksl.MotionError, match=r"no robot file: .*absent.urdf; give it: robot= \(--robot\)"):
         ksl.free_bodies(folder / "results", robot=tmp_path / "absent.urdf")
@@ -120,7 +154,9 @@ def test_wrenches_that_a_file_of_load_cases_gives_are_read_again(folder, tmp_pat
     """They change with time: the results hold their links alone."""
     steps = "[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 80, 0, 0, 0], [2.5, 0, 0, 0, 0, 0, 0]"
     motion, robot = (json.dumps(str(folder / name)) for name in ("panda_pick.csv", "panda.urdf"))
-    (tmp_path / "cases.toml").write_text(f'[defaults]\nmotion = {motion}\n[cases.free]\n[cases.pressed]\nexternal = [{{ link = "panda_flange", axes = "world", steps = [{steps}] }}]\n')
+    (tmp_path / "cases.toml").write_text(
+        f'[defaults]\nmotion = {motion}\n[cases.free]\n[cases.pressed]\nexternal = [{{ link = "panda_flange", axes = "world", steps = [{steps}] }}]\n'
+    )
     done = run_ksl("loads", json.loads(robot), "--cases", "cases.toml", "-o", "results", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     free, pressed = ksl.free_bodies(tmp_path / "results", times=[2.0], links=["panda_flange"])

@@ -43,7 +43,9 @@ def test_every_body_of_random_trees_is_in_balance():
         for welded in ("together", "apart"):
             bodies = balanced(m.free_bodies(q, v, a, {"l3": rng.normal(size=6) * 9}, welded=welded))
             assert sorted(link for body in bodies.values() for link in body.links) == sorted(m.link_names)
-            assert sum(len([w for w in body.wrenches if w.kind in ("joint", "loop")]) for body in bodies.values()) % 2 == 1, "each joint on two bodies, base on one"
+            assert sum(len([w for w in body.wrenches if w.kind in ("joint", "loop")]) for body in bodies.values()) % 2 == 1, (
+                "each joint on two bodies, base on one"
+            )
 
 
 def test_every_body_of_a_closed_mechanism_is_in_balance_and_open_components_are_marked():
@@ -74,7 +76,9 @@ def test_a_pendulum_by_hand():
     np.testing.assert_allclose(entry(rod, "pin").wrench, [*force, 0, 0, 0.06 * 5 + 0.3 * force[1]], atol=1e-14)
     np.testing.assert_allclose(rod.gravity, [*(2 * g), 0, 0, 0.6 * g[1]], atol=1e-14)
     np.testing.assert_allclose(rod.inertia, [2 * 0.3 * 16, -2 * 0.3 * 5, 0, 0, 0, -(0.06 + 2 * 0.09) * 5], atol=1e-14)
-    assert np.array_equal(rod.acceleration, [0, 0, 0]) and np.array_equal(rod.angular_velocity, [0, 0, 4]) and np.array_equal(rod.angular_acceleration, [0, 0, 5])
+    assert (
+        np.array_equal(rod.acceleration, [0, 0, 0]) and np.array_equal(rod.angular_velocity, [0, 0, 4]) and np.array_equal(rod.angular_acceleration, [0, 0, 5])
+    )
     wall = bodies["wall"]
     c, s = np.cos(angle), np.sin(angle)
     np.testing.assert_allclose(entry(wall, "pin").wrench[:2], -np.array([[c, -s], [s, c]]) @ force[:2], atol=1e-14)
@@ -127,7 +131,11 @@ def test_in_the_frame_of_a_part_all_is_the_same():
     np.testing.assert_allclose(part.center_of_mass, R.T @ (body.center_of_mass - p), atol=1e-15)
     slip, turn = rng.normal(size=(2, 3))  # a virtual motion of the body, in its own axes
     there = R.T @ (slip + np.cross(turn, p)), R.T @ turn
-    pairs = [*zip((w.about_origin() for w in part.wrenches), (w.about_origin() for w in body.wrenches), strict=True), (part.gravity, body.gravity), (part.inertia, body.inertia)]
+    pairs = [
+        *zip((w.about_origin() for w in part.wrenches), (w.about_origin() for w in body.wrenches), strict=True),
+        (part.gravity, body.gravity),
+        (part.inertia, body.inertia),
+    ]
     for mine, theirs in pairs:
         np.testing.assert_allclose(mine[:3] @ there[0] + mine[3:] @ there[1], theirs[:3] @ slip + theirs[3:] @ turn, atol=1e-12)
     with pytest.raises(ValueError, match=r"frame of l0 has shape \(3, 3\)"):

@@ -57,7 +57,9 @@ def test_faces_of_a_set_are_on_its_end(tmp_path, kind):
 
 def test_sets_by_ranges_by_other_sets_and_by_faces(tmp_path):
     text = bar(tmp_path / "bar.inp", "C3D8", SIZE, (1, 1, 1)).read_text()
-    text += "*NSET, NSET=some, GENERATE\n11, 17, 2\n*NSET, NSET=more\nsome, 12\n*ELEMENT, TYPE=S4, ELSET=face\n90, 11, 12, 13, 14\n*SOLID SECTION, ELSET=solid\n"
+    text += (
+        "*NSET, NSET=some, GENERATE\n11, 17, 2\n*NSET, NSET=more\nsome, 12\n*ELEMENT, TYPE=S4, ELSET=face\n90, 11, 12, 13, 14\n*SOLID SECTION, ELSET=solid\n"
+    )
     (tmp_path / "more.inp").write_text(text)
     mesh = read_mesh(tmp_path / "more.inp")
     numbers = {name: mesh.numbers[rows].tolist() for name, rows in mesh.sets.items()}
@@ -70,7 +72,10 @@ BAD = {
     "wedges": (lambda text: text.replace("C3D8", "C3D6"), "elements C3D6 are not read; mesh the part with tetrahedra or hexahedra"),
     "a node that is missing": (lambda text: text.replace("11, 0.0", "99, 0.0", 1), "node 11 of an element isn't there"),
     "words": (lambda text: text.replace("11, 0.0", "11, zero", 1), r"\*NODE at line 2 holds something else than numbers"),
-    "inside out": (lambda text: text.replace(text.splitlines()[11], "1, 15, 16, 17, 18, 11, 12, 13, 14"), "element 1 (.*) is turned inside out or has no volume"),
+    "inside out": (
+        lambda text: text.replace(text.splitlines()[11], "1, 15, 16, 17, 18, 11, 12, 13, 14"),
+        "element 1 (.*) is turned inside out or has no volume",
+    ),
     "included": (lambda text: text + "*INCLUDE, INPUT=other.inp\n", r"has \*INCLUDE, which is not followed"),
     "not finite": (lambda text: text.replace("11, 0.0", "11, nan", 1), "a coordinate isn't finite"),
 }
@@ -88,7 +93,20 @@ def test_any_text_is_read_or_refused_with_a_sentence(tmp_path):
     """Lines and characters that are swapped, dropped and changed; numbers that are huge; ranges without end."""
     rng = np.random.default_rng(0)
     text = bar(tmp_path / "bar.inp", "C3D8", SIZE, (1, 1, 1)).read_text()
-    words = ["99999999999999999999999", "-1", "1e400", "nan", "0", "", "*NSET, NSET=a, GENERATE\n1, 999999999999999, 1", "*NSET, GENERATE\n1, 9, 0", "*ELEMENT", "*", "C3D20", "\ud800".encode("utf-8", "replace").decode()]
+    words = [
+        "99999999999999999999999",
+        "-1",
+        "1e400",
+        "nan",
+        "0",
+        "",
+        "*NSET, NSET=a, GENERATE\n1, 999999999999999, 1",
+        "*NSET, GENERATE\n1, 9, 0",
+        "*ELEMENT",
+        "*",
+        "C3D20",
+        "\ud800".encode("utf-8", "replace").decode(),
+    ]
     refused = 0
     for _ in range(400):
         parts = text.replace(",", ",\0").replace("\n", "\n\0").split("\0")

@@ -127,7 +127,9 @@ def scrambled_sdf(rng: np.random.Generator, case: dict, zero: dict[str, np.ndarr
     for i, (name, pose) in enumerate(fixed_in_model.items()):
         base = order[rng.integers(i)] if i else ""  # one before it, so that there is no cycle
         if name.startswith("frame"):
-            text.append(f'<frame name="{name}" attached_to="{order[rng.integers(1, len(links))]}">{pose_text(rng, inverse(fixed_in_model[base]) @ pose, base)}</frame>')
+            text.append(
+                f'<frame name="{name}" attached_to="{order[rng.integers(1, len(links))]}">{pose_text(rng, inverse(fixed_in_model[base]) @ pose, base)}</frame>'
+            )
     for i, name in enumerate(links, 1):
         base, b = order[rng.integers(i)], next(b for b in case["bodies"] if b["name"] == name)
         com = np.eye(4)
@@ -136,17 +138,17 @@ def scrambled_sdf(rng: np.random.Generator, case: dict, zero: dict[str, np.ndarr
         turn[:3, 3] = 0.0
         turned = inverse(links[name]) @ zero[name] @ com @ turn
         I = turn[:3, :3].T @ np.array(b["inertia_about_com"]) @ turn[:3, :3]
-        tensor = "".join(f'<i{"xyz"[r]}{"xyz"[c]}>{float(I[r, c])!r}</i{"xyz"[r]}{"xyz"[c]}>' for r in range(3) for c in range(r, 3))
+        tensor = "".join(f"<i{'xyz'[r]}{'xyz'[c]}>{float(I[r, c])!r}</i{'xyz'[r]}{'xyz'[c]}>" for r in range(3) for c in range(r, 3))
         text.append(
             f'<link name="{name}">{pose_text(rng, inverse(fixed_in_model[base]) @ links[name], base)}'
-            f'<inertial>{pose_text(rng, turned, "")}<mass>{b["mass"]!r}</mass><inertia>{tensor}</inertia></inertial></link>'
+            f"<inertial>{pose_text(rng, turned, '')}<mass>{b['mass']!r}</mass><inertia>{tensor}</inertia></inertial></link>"
         )
     types = {"helical": "screw", "spherical": "ball"}
     for j in case["joints"]:
         base, seen_from = order[rng.integers(len(order))], order[rng.integers(len(order))]
         R = inverse(fixed_in_model[seen_from])[:3, :3] @ zero[j["child"]][:3, :3]
         axes = "".join(f'<{tag}><xyz expressed_in="{seen_from}">{words(R @ j[tag])}</xyz></{tag}>' for tag in ("axis", "axis2") if j[tag])
-        pitch = f'<thread_pitch>{-1 / j["pitch"]!r}</thread_pitch>' if j["pitch"] else ""
+        pitch = f"<thread_pitch>{-1 / j['pitch']!r}</thread_pitch>" if j["pitch"] else ""
         text.append(
             f'<joint name="{j["name"]}" type="{types.get(j["type"], j["type"])}"><parent>{j["parent"]}</parent><child>{j["child"]}</child>'
             f"{pose_text(rng, inverse(fixed_in_model[base]) @ zero[j['child']], base)}{axes}{pitch}</joint>"

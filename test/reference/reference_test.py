@@ -194,5 +194,3 @@ def test_every_robot_of_the_package(name):
     assert ground == pytest.approx(np.tile([0, 0, 9.81 * sum(link.mass for link in m.links)], (3, 1)), rel=1e-9, abs=1e-9)
     children = {e.find("child").get("link") for e in ET.parse(path).getroot().findall("joint")}
     assert children == {j.child for j in m.joints if j.parent is not None}, "a joint was lost"
-
-

@@ -10,7 +10,12 @@ import pytest
 import ksl
 
 FOLDER = Path(__file__).parent / "simulation"
-TOPS = [pytest.param(case, id=f"{name}-{k}") for name in ("free_top", "heavy_top") for k, case in enumerate(json.loads((FOLDER / f"{name}.json").read_text())["cases"]) if "states" in case]
+TOPS = [
+    pytest.param(case, id=f"{name}-{k}")
+    for name in ("free_top", "heavy_top")
+    for k, case in enumerate(json.loads((FOLDER / f"{name}.json").read_text())["cases"])
+    if "states" in case
+]
 PENDULUMS = json.loads((FOLDER / "double_pendulum.json").read_text())["cases"]
 
 

@@ -30,7 +30,9 @@ def knee(tmp_path_factory):
     text = (folder / "knee.urdf").read_text()
     (folder / "other.urdf").write_text(text.replace('lower="-0.05" upper="2.2" effort="90"', 'lower="-0.05" upper="1.2" effort="5"'))
     walk(folder / "walk.csv")
-    done = run_ksl("actuation", folder / "knee.urdf", "--joints", "knee", "--motion", folder / "walk.csv", "--check", folder / "other.urdf", "-o", folder / "out")
+    done = run_ksl(
+        "actuation", folder / "knee.urdf", "--joints", "knee", "--motion", folder / "walk.csv", "--check", folder / "other.urdf", "-o", folder / "out"
+    )
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
 
@@ -62,7 +64,9 @@ def test_tables(knee):
     Q[:, closed.joint("hip_pitch").q_index], Q[:, closed.joint("knee").q_index] = rows[:, 1], rows[:, 2]
     assert_allclose(motion["knee_motor"], a.motors_of(rows[:, 2:])[:, 0], rtol=1e-9)
     table = pyarrow.csv.read_csv(folder / "out" / "motion.csv", read_options=pyarrow.csv.ReadOptions(skip_rows=1))
-    assert table.column_names == list(motion.columns) == ["time", "knee_motor", "knee_motor.v", "knee_motor.effort", "knee_motor.static_effort", "rod_end.force"]
+    assert (
+        table.column_names == list(motion.columns) == ["time", "knee_motor", "knee_motor.v", "knee_motor.effort", "knee_motor.static_effort", "rod_end.force"]
+    )
 
 
 def test_efforts_and_forces_along_the_motion(knee):

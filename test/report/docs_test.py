@@ -60,7 +60,10 @@ def test_components_stand_beside_their_joints(run):
 
 def test_a_missing_browser_is_said_before_anything_is_computed(tmp_path):
     assert ", ".join(f"`{name}`" for name in BROWSERS[:3]) in DOC and VARIABLE in DOC
-    for environment, words in (({"PATH": str(tmp_path)}, "a PDF needs Chromium, Chrome or Edge"), ({VARIABLE: "nothere"}, f"{VARIABLE}=nothere: no such program")):
+    for environment, words in (
+        ({"PATH": str(tmp_path)}, "a PDF needs Chromium, Chrome or Edge"),
+        ({VARIABLE: "nothere"}, f"{VARIABLE}=nothere: no such program"),
+    ):
         done = run_ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", **environment)
         assert done.returncode == 2 and words in done.stderr and not (tmp_path / "o").exists()
 

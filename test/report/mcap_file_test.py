@@ -43,10 +43,14 @@ def test_messages_are_the_numbers_of_the_table(tmp_path):
         sent = [(x.wrench.force, x.wrench.torque) for _, x in found[topic]]
         assert np.array_equal([[getattr(part, c) for part in pair for c in "xyz"] for pair in sent], wrench)
         assert {x.header.frame_id for _, x in found[topic]} == {frame}
-        assert [x.header.stamp.sec * 10**9 + x.header.stamp.nanosec for _, x in found[topic]] == [ns for ns, _ in found[topic]] == [round(t * 1e9) for t in TIME]
+        assert (
+            [x.header.stamp.sec * 10**9 + x.header.stamp.nanosec for _, x in found[topic]] == [ns for ns, _ in found[topic]] == [round(t * 1e9) for t in TIME]
+        )
     state = found["/joint_states"][7][1]
     moves = np.array(table["joint"].to_pylist()) == "j-1"
-    assert state.name == ["j 1", "j-1"] and [state.position[1], state.velocity[1], state.effort[1]] == [table[c].to_numpy()[moves][7] for c in ("position", "speed", "effort")]
+    assert state.name == ["j 1", "j-1"] and [state.position[1], state.velocity[1], state.effort[1]] == [
+        table[c].to_numpy()[moves][7] for c in ("position", "speed", "effort")
+    ]
 
 
 def test_poses_are_those_of_the_model(tmp_path):
@@ -57,7 +61,9 @@ def test_poses_are_those_of_the_model(tmp_path):
     poses = m.frame_poses(q, m.link_names)
     for k, name in enumerate(m.link_names):
         assert {(x[k].header.frame_id, x[k].child_frame_id) for x in sent} == {("world_", name)}
-        p, r = (np.array([[getattr(getattr(x[k].transform, part), c) for c in axes] for x in sent]) for part, axes in (("translation", "xyz"), ("rotation", "xyzw")))
+        p, r = (
+            np.array([[getattr(getattr(x[k].transform, part), c) for c in axes] for x in sent]) for part, axes in (("translation", "xyz"), ("rotation", "xyzw"))
+        )
         assert np.array_equal(p, poses[:, k, :3, 3]) and (np.einsum("ij,ij->i", r[1:], r[:-1]) > 0).all()
         u, w = r[:, :3], r[:, 3:]
         for axis in np.eye(3):  # R v = v + 2 u × (u × v + w v)

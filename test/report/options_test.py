@@ -83,7 +83,13 @@ def folder(tmp_path_factory):
 
 def page_of(folder: Path, option: str, words: list[str]) -> str:
     out = option.strip("-").replace(" ", "_")
-    robot, motion = ("chain.urdf", "floating.csv") if "floating" in option else ("chain.urdf", "chain.csv") if option == "--mimic" else ("fourbar.urdf", "all.csv" if "cut" in words else "crank.csv")
+    robot, motion = (
+        ("chain.urdf", "floating.csv")
+        if "floating" in option
+        else ("chain.urdf", "chain.csv")
+        if option == "--mimic"
+        else ("fourbar.urdf", "all.csv" if "cut" in words else "crank.csv")
+    )
     drives = ["--drives", "A"] if robot == "fourbar.urdf" and "cut" not in words else []
     done = run_ksl("loads", robot, motion, *drives, *words, "-o", out, cwd=folder)
     assert done.returncode == 0, done.stderr

@@ -434,11 +434,15 @@ def verdict(share, reasons=()):
     return Verdict((Use(NASTY, "hinge", "effort", "hinge", share, 12 * share, 12.0, "effort", "N m", 1.0),), reasons)
 
 
-@pytest.mark.parametrize(("limits", "components", "level"), [("green", "amber", "amber"), ("red", "green", "red"), ("amber", "red", "red"), ("green", "green", "green")])
+@pytest.mark.parametrize(
+    ("limits", "components", "level"), [("green", "amber", "amber"), ("red", "green", "red"), ("amber", "red", "red"), ("green", "green", "green")]
+)
 def test_limits_and_components_have_one_verdict(limits, components, level):
     """The worse of the two, on one card, with what it holds for."""
     share = {"green": 0.5, "amber": 0.9, "red": 1.2}[limits]
-    card = verdict_section(verdict(share), ComponentsVerdict(components, "motor: 50 % of its rated torque", ["joint b, bearing: life: no C"]), [("Payloads", "3 kg on <hand>")])
+    card = verdict_section(
+        verdict(share), ComponentsVerdict(components, "motor: 50 % of its rated torque", ["joint b, bearing: life: no C"]), [("Payloads", "3 kg on <hand>")]
+    )
     assert card.count("<section") == 1 and f'class="verdict {level}"' in card and f'<p class="level">{level.capitalize()}: ' in card
     assert f'Components: <strong class="{components}">' in card and f'robot&#x27;s file: <strong class="{limits}">'.replace("&#x27;", "'") in card
     assert "3 kg on &lt;hand&gt;" in card and "left out: joint b" in card
@@ -465,9 +469,18 @@ def test_the_verdict_is_said_in_words(shown, tmp_path, share, reasons, level, wo
 
 def test_what_made_the_results(shown, tmp_path):
     files = [InputFile("robot", NASTY, "ab" * 32), InputFile("motion", "-", None)]
-    made = Provenance("r", [], [{"physics": []}], files, {"on": "child", "strict": True, "gravity": ""}, f"ksl loads {NASTY}", "2030-01-02T03:04:05Z", {"KSL": "9.9"})
+    made = Provenance(
+        "r", [], [{"physics": []}], files, {"on": "child", "strict": True, "gravity": ""}, f"ksl loads {NASTY}", "2030-01-02T03:04:05Z", {"KSL": "9.9"}
+    )
     page = written(replace(shown, provenance=made, notes=["first", not_used(Note(Kind.VISUALS, f"visual (3 links) {NASTY}"))]), tmp_path)
-    for text in ("ab" * 32, "none, since it could not be read twice", "2030-01-02T03:04:05Z", "KSL 9.9", "on child, strict", "Friction, damping, rotor inertias"):
+    for text in (
+        "ab" * 32,
+        "none, since it could not be read twice",
+        "2030-01-02T03:04:05Z",
+        "KSL 9.9",
+        "on child, strict",
+        "Friction, damping, rotor inertias",
+    ):
         assert text in page.words
     ignored = page.words[page.words.index("Content of the robot's file that was ignored") :]
     assert "visual (3 links)" in ignored and "first" not in ignored

@@ -52,7 +52,9 @@ def test_sheets_hold_what_the_other_files_hold(swing):
     assert list(names) == table.column_names
     for name, found in zip(names, zip(*rows), strict=True):
         assert same(found, table.column(name).to_pylist()), name
-    assert dict(zip(names, units)) | {"fx": "N", "constraint_tz": "N m", "time": "s", "joint": None, "speed": "rad/s or m/s", "power": "W"} == dict(zip(names, units))
+    assert dict(zip(names, units)) | {"fx": "N", "constraint_tz": "N m", "time": "s", "joint": None, "speed": "rad/s or m/s", "power": "W"} == dict(
+        zip(names, units)
+    )
     with open(swing / "out/summary.csv") as f:
         expected = list(csv.reader(line for line in f if not line.startswith("#")))
     names, units, *rows = book["Summary"]
@@ -123,7 +125,11 @@ def test_workbooks_of_sizing_and_of_a_pose(swing, tmp_path):
     for name, found in zip(names, zip(*rows), strict=True):
         assert same(found, [None if x == "" else x for x in table.column(name).to_pylist()]), name
     names, units, *rows = book["Peaks"]
-    assert dict(zip(names, units))["bending_moment"] == "N m" and dict(zip(names, units))["time"] == "s" and len(rows) == len(pq.read_table(tmp_path / "s/peaks.parquet"))
+    assert (
+        dict(zip(names, units))["bending_moment"] == "N m"
+        and dict(zip(names, units))["time"] == "s"
+        and len(rows) == len(pq.read_table(tmp_path / "s/peaks.parquet"))
+    )
     assert run_ksl("size", swing / "out", tmp_path / "c.toml", "-o", tmp_path / "s").returncode == 0 and not (tmp_path / "s/sizing.xlsx").exists()
     done = run_ksl("hold", swing / "swing.urdf", "-o", tmp_path / "h", "--xlsx")
     assert done.returncode == 0 and list(sheets(tmp_path / "h/results.xlsx")) == ["Summary", "Wrenches", "About"]

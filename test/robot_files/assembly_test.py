@@ -137,7 +137,17 @@ def test_axes_that_are_parallel_become_so_exactly_and_others_stay():
     connections = []
     for k, sign in enumerate((1.0, -1.0, 1.0)):
         at = random_pose(rng)
-        connections.append(Connection(f"j{k}", "revolute", k, k + 1, single(np.linalg.inv(bodies[k].pose) @ at), single(np.linalg.inv(bodies[k + 1].pose) @ at), sign * at[:3, :3].T @ up))
+        connections.append(
+            Connection(
+                f"j{k}",
+                "revolute",
+                k,
+                k + 1,
+                single(np.linalg.inv(bodies[k].pose) @ at),
+                single(np.linalg.inv(bodies[k + 1].pose) @ at),
+                sign * at[:3, :3].T @ up,
+            )
+        )
     other = connections[1]
     other.axis = other.axis + np.array([0.0, 1e-4, 0.0])
     other.axis /= np.linalg.norm(other.axis)

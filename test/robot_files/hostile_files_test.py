@@ -19,16 +19,8 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path):
     pipe = tmp_path / "pipe.urdf"
     os.mkfifo(pipe)
     # in a process of its own: a reader that waits for the pipe would wait for ever
-    program = (
-        "import ksl, sys\nfor path in sys.argv[1:]:\n try: ksl.load(path)\n except ksl.DescriptionError as e: print(e)"
-    )
-    said = subprocess.run(
-        [sys.executable, "-c", program, pipe, "/dev/zero", tmp_path],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    ).stdout
+    program = "import ksl, sys\nfor path in sys.argv[1:]:\n try: ksl.load(path)\n except ksl.DescriptionError as e: print(e)"
+    said = subprocess.run([sys.executable, "-c", program, pipe, "/dev/zero", tmp_path], capture_output=True, text=True, timeout=60, check=True).stdout
     assert re.search(
         r"pipe.urdf: this is a pipe, not a regular file; .*ksl.load_string\n/dev/zero: this is a device, .*\n"
         r".*: this is a folder",
@@ -51,9 +43,7 @@ def test_a_path_needs_no_utf_8(tmp_path):
         m = ksl.load(path, masses="optional")
         assert os.fsencode(m.file) == name and m.link_names == ["a"]
         assert os.fsencode(pickle.loads(pickle.dumps(m)).file) == name
-        framed = pickle.loads(
-            pickle.dumps(m.with_frame("f", "a", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]))
-        )
+        framed = pickle.loads(pickle.dumps(m.with_frame("f", "a", [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])))
         assert os.fsencode(framed.file) == name and framed.link_names == ["a", "f"]
     with open(name, "w") as file:
         file.write("<robot>")
@@ -70,12 +60,7 @@ def test_a_path_needs_no_utf_8(tmp_path):
 
 def test_messages_from_long_files_are_short():
     name = "x" * 900_000
-    for text in (
-        f"<{name}/>",
-        f"<robot><link name='{name}'/></robot>",
-        f"<robot name='r'><link name='a'/><joint name='j' type='{name}'/></robot>",
-        name,
-    ):
+    for text in (f"<{name}/>", f"<robot><link name='{name}'/></robot>", f"<robot name='r'><link name='a'/><joint name='j' type='{name}'/></robot>", name):
         with pytest.raises(ValueError) as caught:
             ksl.load_string(text)
         assert len(str(caught.value)) < 1000
@@ -112,14 +97,8 @@ def test_control_characters_in_names_are_said_as_numbers():
 
 def test_the_limits_of_the_documentation_are_those_of_the_reader():
     header = (ROOT / "src/text/limits.hpp").read_text()
-    limits = {
-        name: eval(value.replace("'", "").replace("u", ""))
-        for name, value in re.findall(r"std::size_t (\w+) = ([^;]+);", header)
-    }
+    limits = {name: eval(value.replace("'", "").replace("u", "")) for name, value in re.findall(r"std::size_t (\w+) = ([^;]+);", header)}
     section = (ROOT / "docs/models.md").read_text().split("### Limits\n")[1].split("\n### ")[0]
     table = dict(re.findall(r"^\| (.+?) \| ([\d,]+(?: MiB)?) \|", section, re.M))
-    said = [
-        int(most.removesuffix(" MiB").replace(",", "")) * (2**20 if most.endswith("MiB") else 1)
-        for most in table.values()
-    ]
+    said = [int(most.removesuffix(" MiB").replace(",", "")) * (2**20 if most.endswith("MiB") else 1) for most in table.values()]
     assert said == list(limits.values()), table

@@ -57,7 +57,10 @@ def ends(text: str, leader_of_b: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         ('<general joint="a" gainprm="4" dyntype="filter" dynprm="0.1" ctrlrange="-2 2"/>', {}),
         ('<general joint="a" gainprm="4" dyntype="integrator" actlimited="true" actrange="-0.5 0.5" ctrlrange="-2 2"/>', {}),
         ('<motor tendon="t" ctrlrange="-1 1" gear="6"/>', {"more": TENDON.format("")}),
-        ('<motor tendon="t" ctrlrange="-1 1" gear="6"/><motor tendon="t" ctrlrange="-1 1"/><motor joint="b" ctrlrange="-1 1"/>', {"more": TENDON.format(' actuatorfrcrange="-4 4"')}),
+        (
+            '<motor tendon="t" ctrlrange="-1 1" gear="6"/><motor tendon="t" ctrlrange="-1 1"/><motor joint="b" ctrlrange="-1 1"/>',
+            {"more": TENDON.format(' actuatorfrcrange="-4 4"')},
+        ),
     ],
 )
 def test_limits_are_the_largest_efforts_that_mujoco_exerts(actuators, more):
@@ -126,7 +129,9 @@ def test_no_limit_where_there_is_none(actuators):
 def test_one_direction_alone_and_unequal_ones_are_said():
     m = ksl.load_string(robot('<motor joint="a" ctrlrange="0 1" gear="9"/><motor joint="b" ctrlrange="-2 1"/>'))
     assert list(m.effort_limit) == [9.0, 1.0]
-    assert any("a: unequal efforts, 0 to 9; the limit is 9 both ways" in line for line in m.unused) and any("b: unequal efforts, -2 to 1; the limit is 1" in line for line in m.unused)
+    assert any("a: unequal efforts, 0 to 9; the limit is 9 both ways" in line for line in m.unused) and any(
+        "b: unequal efforts, -2 to 1; the limit is 1" in line for line in m.unused
+    )
 
 
 def test_a_joint_with_a_limit_stays_one_of_its_own():

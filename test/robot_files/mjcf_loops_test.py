@@ -57,7 +57,9 @@ ARM = """
 
 
 def test_two_connects_are_a_revolute_joint():
-    first, second = ('<connect name="pin_{}" body1="{}" body2="{}" anchor="{}"/>'.format(*x) for x in ((1, "a", "b", "0.5 0.25 0"), (2, "a", "b", "0.5 0.25 0.1")))
+    first, second = (
+        '<connect name="pin_{}" body1="{}" body2="{}" anchor="{}"/>'.format(*x) for x in ((1, "a", "b", "0.5 0.25 0"), (2, "a", "b", "0.5 0.25 0.1"))
+    )
     swapped = '<connect name="pin_2" body1="b" body2="a" anchor="0.1 0.555 0.1"/>'
     with pytest.warns(ksl.DescriptionWarning, match="pin_1 and pin_2 connect the same two bodies at two points; they are read as one revolute"):
         m = ksl.load_string(robot(ARM, first + second))
@@ -86,7 +88,10 @@ def test_actuators_name_the_drives():
     assert loaded(connect + follows, '<motor joint="jb"/>').drives == ("ja",)
     assert loaded(connect, "").drives is None
     stack = ARM.replace('<joint name="jb" axis="0 0 1"/>', '<joint name="jb" axis="0 0 1"/><joint name="jc" axis="1 0 0"/>')
-    kinds = [[m.joint(x).kind for x in m.joint_names] for m in (ksl.load_string(robot(stack, connect, f"<actuator>{x}</actuator>")) for x in ("", '<motor joint="jc"/>'))]
+    kinds = [
+        [m.joint(x).kind for x in m.joint_names]
+        for m in (ksl.load_string(robot(stack, connect, f"<actuator>{x}</actuator>")) for x in ("", '<motor joint="jc"/>'))
+    ]
     assert kinds == [["revolute", "universal"], ["revolute"] * 3]
 
 
@@ -100,7 +105,9 @@ def test_constraints_that_are_turned_off():
 
 def test_a_loop_inside_one_body_is_refused(tmp_path: Path):
     path = tmp_path / "r.xml"
-    path.write_text(robot(BODIES.replace('<site name="sb" pos="-0.4 0.1 0.3"/>', "").replace("</body>", '<site name="sb"/></body>', 1), EQUALITIES["connect of sites"]))
+    path.write_text(
+        robot(BODIES.replace('<site name="sb" pos="-0.4 0.1 0.3"/>', "").replace("</body>", '<site name="sb"/></body>', 1), EQUALITIES["connect of sites"])
+    )
     with pytest.raises(ksl.DescriptionError, match=r"r\.xml: .*e: it connects link a with itself"):
         ksl.load(path)
 
@@ -166,7 +173,9 @@ def test_a_weld_without_a_scale_of_its_torque_holds_a_point_alone():
     text = robot(BODIES, '<weld name="e" body1="a" body2="b" anchor="0.2 0.1 0" torquescale="0"/>')
     (loop,) = ksl.load_string(text).loops
     mj = mujoco.MjModel.from_xml_string(text)
-    assert loop.kind == "spherical" and np.allclose(loop.successor_pose[3:12:4], (0.2, 0.1, 0)) and np.allclose(loop.predecessor_pose[3:12:4], mj.eq_data[0][3:6])
+    assert (
+        loop.kind == "spherical" and np.allclose(loop.successor_pose[3:12:4], (0.2, 0.1, 0)) and np.allclose(loop.predecessor_pose[3:12:4], mj.eq_data[0][3:6])
+    )
 
 
 def test_followers_of_followers_and_motors_on_them():

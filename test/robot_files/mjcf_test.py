@@ -165,7 +165,10 @@ def test_a_coupling_by_fixed_tendons_is_a_mimic_joint(tmp_path, equality, follow
         ('<joint joint1="b" polycoef="0.4 0 0 0 0"/>', ["b"]),
         ('<joint joint1="b"/>', ["b"]),
         ('<joint joint1="c" joint2="b" polycoef="0.1 2 0 0 0"/><joint joint1="b" polycoef="-0.3 0 0 0 0"/>', ["b", "c"]),  # what follows it is held, too
-        ('<joint joint1="c" joint2="b" polycoef="0 -1 0 0 0"/><joint joint1="a" joint2="c" polycoef="0.2 0.5 0 0 0"/><joint joint1="b" polycoef="0.3 0 0 0 0"/>', ["a", "b", "c"]),
+        (
+            '<joint joint1="c" joint2="b" polycoef="0 -1 0 0 0"/><joint joint1="a" joint2="c" polycoef="0.2 0.5 0 0 0"/><joint joint1="b" polycoef="0.3 0 0 0 0"/>',
+            ["a", "b", "c"],
+        ),
         ('<tendon tendon1="cc" polycoef="0.5 0 0 0 0"/>', ["c"]),
     ],
 )
@@ -174,7 +177,11 @@ def test_a_joint_that_is_held_is_fixed_there(tmp_path, equality, fixed):
     inner = f'<body name="c" pos="0 0.3 0.1"><joint name="c" axis="0 1 1" ref="0.2"/>{BODY}</body>'
     chain = f'<body name="a"><joint name="a" axis="0 0 1"/>{BODY}<body name="b" pos="0.4 0 0"><joint name="b" type="slide" axis="1 0 0" ref="0.1"/>{BODY}{inner}</body></body>'
     chain += f'<body name="d"><joint name="d"/>{BODY}</body>'
-    path = in_file(tmp_path, chain, f'<tendon><fixed name="cc"><joint joint="c" coef="-2"/></fixed></tendon><equality>{equality}</equality><actuator><motor joint="b"/></actuator>')
+    path = in_file(
+        tmp_path,
+        chain,
+        f'<tendon><fixed name="cc"><joint joint="c" coef="-2"/></fixed></tendon><equality>{equality}</equality><actuator><motor joint="b"/></actuator>',
+    )
     m, mj = ksl.load(path), mujoco.MjModel.from_xml_path(str(path))
     assert [name for name in "abc" if m.joint(name).kind == "fixed"] == fixed and any("held at" in line for line in m.unused)
     d, q = mujoco.MjData(mj), np.random.default_rng(1).uniform(-1, 1, m.nq)
@@ -284,12 +291,16 @@ HANDLED = """<body name="hand" pos="0 0 1"><freejoint name="free"/><geom size="0
 <body name="handle" mocap="true" pos="0 0 1"><geom size="0.05" contype="0"/><site name="held"/><body name="knob" pos="0 0 0.1"><geom size="0.01"/></body></body>"""
 
 
-@pytest.mark.parametrize("tie", ['<weld name="w" body1="handle" body2="hand"/>', '<connect name="w" site1="grip" site2="held"/>', '<weld name="w" body1="hand" body2="knob"/>'])
+@pytest.mark.parametrize(
+    "tie", ['<weld name="w" body1="handle" body2="hand"/>', '<connect name="w" site1="grip" site2="held"/>', '<weld name="w" body1="hand" body2="knob"/>']
+)
 def test_a_handle_of_a_simulator_is_no_part_of_the_robot(tmp_path, tie):
     path = in_file(tmp_path, HANDLED, f"<equality>{tie}</equality>")
-    with pytest.warns(ksl.DescriptionWarning, match="mocap body handle, knob: a handle by which a simulator moves the robot.*left out, with equality constraint w"):
+    with pytest.warns(
+        ksl.DescriptionWarning, match="mocap body handle, knob: a handle by which a simulator moves the robot.*left out, with equality constraint w"
+    ):
         m = ksl.load(path)
-    alone = ksl.load(in_file(tmp_path, HANDLED.partition("<body name=\"handle")[0]))
+    alone = ksl.load(in_file(tmp_path, HANDLED.partition('<body name="handle')[0]))
     assert (m.nv, m.loops, m.mass) == (6, (), alone.mass) and "handle" not in m.link_names and "held" not in m.link_names
     assert any(line.startswith("equality") and "to a mocap body (1)" in line for line in m.unused)
 
@@ -302,10 +313,12 @@ def test_a_mocap_body_that_carries_joints_is_the_base(tmp_path):
 def test_what_joins_bodies_and_is_not_known_is_refused(tmp_path):
     cloth = '<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1" radius="0.01" dim="2" mass="1"/>'
     path = in_file(tmp_path, f'<body name="b"><joint/>{BODY}</body>{cloth}')
-    with pytest.raises(ksl.DescriptionError, match="flex cloth is a soft body that joins 9 bodies.*loops=\"cut\""):
+    with pytest.raises(ksl.DescriptionError, match='flex cloth is a soft body that joins 9 bodies.*loops="cut"'):
         ksl.load(path)
     assert any(line.startswith("flex") for line in ksl.load(path, loops="cut").unused)
-    mj = mujoco.MjModel.from_xml_string(f'<mujoco><worldbody><body name="b"><joint name="j"/>{BODY}</body></worldbody><equality><joint joint1="j"/></equality></mujoco>')
+    mj = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><body name="b"><joint name="j"/>{BODY}</body></worldbody><equality><joint joint1="j"/></equality></mujoco>'
+    )
     mj.eq_type[0] = 7
     with pytest.raises(ksl.DescriptionError, match="equality constraint 1 is of kind 7, which KSL doesn't know"):
         mjcf.model_of(mj)

@@ -67,7 +67,9 @@ def test_bounds_are_those_of_formats_that_python_reads(form, what, least, most):
             assert f"{edge:g}" in said_of(FORMS[form].format(**USUAL | moments | {what: edge * beyond}))
 
 
-@pytest.mark.parametrize("kind, of_joint, of_axis", [("screw", "<screw_thread_pitch>inf</screw_thread_pitch>", ""), ("revolute", "", "<dynamics><damping>inf</damping></dynamics>")])
+@pytest.mark.parametrize(
+    "kind, of_joint, of_axis", [("screw", "<screw_thread_pitch>inf</screw_thread_pitch>", ""), ("revolute", "", "<dynamics><damping>inf</damping></dynamics>")]
+)
 def test_infinity_stands_for_no_limit_alone(kind, of_joint, of_axis):
     """Elsewhere it was taken as if nothing were there: as a damping of 0, or a multiplier of 1."""
     text = (SDF % OF_SDF).format(**USUAL)

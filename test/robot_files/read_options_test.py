@@ -26,7 +26,9 @@ def test_a_call_has_the_options_of_the_class_in_its_order_with_its_defaults_and_
 
 
 def test_options_are_checked_once_and_iterators_are_read_once():
-    options = ReadOptions(physics=(word for word in ("damping", "friction")), gravity=np.array([0, 0, -1.0]), floating_base=np.True_, payloads={"tip": (2, (0, 0, 1))})
+    options = ReadOptions(
+        physics=(word for word in ("damping", "friction")), gravity=np.array([0, 0, -1.0]), floating_base=np.True_, payloads={"tip": (2, (0, 0, 1))}
+    )
     assert options.physics_named == (["damping", "friction"], 0.01)
     assert options.of_core() == (True, False, False, [0.0, 0.0, -1.0], [("tip", 2.0, [0.0, 0.0, 1.0])], False, "", options.physics_named, False)
     assert options.of_core()[0] is True

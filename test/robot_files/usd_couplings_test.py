@@ -19,7 +19,9 @@ LINK = """def Xform "{0}" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "Physic
 """
 
 
-def stage(path, joints=("", "", ""), schemas=("", "", ""), more="", length=1.0, on="world", kinds=("Revolute", "Revolute", "Prismatic"), flip="", link=("", "")):
+def stage(
+    path, joints=("", "", ""), schemas=("", "", ""), more="", length=1.0, on="world", kinds=("Revolute", "Revolute", "Prismatic"), flip="", link=("", "")
+):
     """Three links 1 m apart on the world or on the first one: A and B turn about z, C slides along y.  Text in the braces of joints, and beside them."""
     text = f'#usda 1.0\n( metersPerUnit = {length}\n  upAxis = "Z"\n)\ndef Xform "r"\n{{\n'
     for k, (name, axis) in enumerate((("A", "Z"), ("B", "Z"), ("C", "Y"))):
@@ -39,12 +41,22 @@ NEWTON, PHYSX = '"NewtonMimicAPI"', '"PhysxMimicJointAPI:rotZ"'
 
 
 def newton(leader, a1="", a0="", more=""):
-    return f"rel newton:mimicJoint = </r/{leader}>\n" + (f"float newton:mimicCoef1 = {a1}\n" if a1 else "") + (f"float newton:mimicCoef0 = {a0}\n" if a0 else "") + more
+    return (
+        f"rel newton:mimicJoint = </r/{leader}>\n"
+        + (f"float newton:mimicCoef1 = {a1}\n" if a1 else "")
+        + (f"float newton:mimicCoef0 = {a0}\n" if a0 else "")
+        + more
+    )
 
 
 def physx(leader, gearing="", offset="", more=""):
     of = "physxMimicJoint:rotZ:"
-    return f"rel {of}referenceJoint = </r/{leader}>\n" + (f"float {of}gearing = {gearing}\n" if gearing else "") + (f"float {of}offset = {offset}\n" if offset else "") + more
+    return (
+        f"rel {of}referenceJoint = </r/{leader}>\n"
+        + (f"float {of}gearing = {gearing}\n" if gearing else "")
+        + (f"float {of}offset = {offset}\n" if offset else "")
+        + more
+    )
 
 
 def gear(ratio, kind="PhysxPhysicsGearJoint", names=("hinge0", "hinge1"), joints="AB", frames="", ratio_name="gearRatio"):
@@ -99,7 +111,10 @@ TWO = "rel {} = [</r/A>, </r/B>]"
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"more": 'def FutureGear "x"\n{\nrel some:first = </r/A>\nrel some:second = </r/B>\n}'}, "prim /r/x: some:first, some:second names A, B, and KSL doesn't know"),
+        (
+            {"more": 'def FutureGear "x"\n{\nrel some:first = </r/A>\nrel some:second = </r/B>\n}'},
+            "prim /r/x: some:first, some:second names A, B, and KSL doesn't know",
+        ),
         ({"more": 'def Xform "x" ( prepend apiSchemas = ["TieAPI:left"] )\n{\nrel tie:left:ends = [</r/a>, </r/c/mount>]\n}'}, ""),
         ({"more": 'def Scope "x"\n{\nrel tie:ends = [</r/a>, </r/b.physics:mass>]\n}'}, "names a, b"),
         ({"joints": ("", "rel follow:joint = </r/A>", ""), "schemas": ("", '"FollowAPI"', "")}, "prim /r/B: follow:joint names A, B"),
@@ -112,14 +127,23 @@ TWO = "rel {} = [</r/A>, </r/B>]"
         ({"joints": ("", newton("A", "nan"), ""), "schemas": ("", NEWTON, "")}, "joint B: NewtonMimicAPI: its ratio is nan"),
         ({"joints": ("", newton("A", "0"), ""), "schemas": ("", NEWTON, "")}, "its ratio is 0; expected a magnitude of"),
         ({"joints": ("", newton("A", "1", "inf"), ""), "schemas": ("", NEWTON, "")}, "its offset is inf"),
-        ({"joints": ("", newton("A"), ""), "schemas": ("", NEWTON, ""), "kinds": ("Spherical", "Revolute", "Prismatic")}, "couples joint A, a spherical; revolute"),
-        ({"joints": ("bool physics:jointEnabled = 0", newton("A"), ""), "schemas": ("", NEWTON, "")}, "couples joint A, a joint that holds nothing, or is not enabled"),
+        (
+            {"joints": ("", newton("A"), ""), "schemas": ("", NEWTON, ""), "kinds": ("Spherical", "Revolute", "Prismatic")},
+            "couples joint A, a spherical; revolute",
+        ),
+        (
+            {"joints": ("bool physics:jointEnabled = 0", newton("A"), ""), "schemas": ("", NEWTON, "")},
+            "couples joint A, a joint that holds nothing, or is not enabled",
+        ),
         ({"joints": ("", newton("A"), ""), "schemas": ("", NEWTON, ""), "more": gear(3)}, "couples joint B, which .* couples already"),
         ({"more": gear(0)}, r"joint /r/G \(PhysxPhysicsGearJoint\): its physics:gearRatio is 0"),
         ({"more": gear(1, frames="float x = 0")}, "the x axis of its frame on physics:body0 isn't that of joint A"),
         ({"more": gear(1, joints="AC")}, "physics:hinge1 is joint C, which is a prismatic joint"),
         ({"more": gear(1).replace("rel physics:hinge1 = </r/B>", "")}, "physics:hinge1 and physics:body1 name no joint"),
-        ({"more": gear(1).replace("rel physics:body1 = </r/b>", "rel physics:body1 = </r/c>")}, "physics:hinge1 is joint B, which is no joint of physics:body1"),
+        (
+            {"more": gear(1).replace("rel physics:body1 = </r/b>", "rel physics:body1 = </r/c>")},
+            "physics:hinge1 is joint B, which is no joint of physics:body1",
+        ),
         ({"more": gear(20, frames=TO_Y + "\npoint3f physics:localPos0 = (2, 3, 0)", **RACK)}, "so that the sign of its ratio is open"),
         ({"more": gear(1), "on": "a"}, "its joints A and B are on different bodies"),
     ],
@@ -155,7 +179,13 @@ def FutureGear "off"
     off = newton("A", more="bool newton:mimicEnabled = 0")
     found = ksl.load(stage(tmp_path / "r.usda", more=more + gear(2).replace("rel", "bool physics:jointEnabled = 0\nrel", 1), joints=("", off, ""), schemas=("", NEWTON, ""), link=(', "PhysicsFilteredPairsAPI"', "rel physics:filteredPairs = </r/a>")))  # fmt: skip
     assert found.nv == 3
-    for line in ("NewtonActuator /r/motor at joint A", "joint /r/off (FutureGear, not enabled)", "joint /r/G (PhysxPhysicsGearJoint, not enabled)", "joint B: NewtonMimicAPI (not enabled)", "physics:filteredPairs of b"):
+    for line in (
+        "NewtonActuator /r/motor at joint A",
+        "joint /r/off (FutureGear, not enabled)",
+        "joint /r/G (PhysxPhysicsGearJoint, not enabled)",
+        "joint B: NewtonMimicAPI (not enabled)",
+        "physics:filteredPairs of b",
+    ):
         assert line in found.unused
     soft = physx("A", more="float physxMimicJoint:rotZ:naturalFrequency = 25")
     tendon = ('"PhysxTendonAxisRootAPI:t"', '"PhysxTendonAxisAPI:t"', PHYSX)

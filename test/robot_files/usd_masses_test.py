@@ -8,7 +8,9 @@ import ksl
 pytest.importorskip("pxr")
 from pxr import Gf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-needs_witness = pytest.mark.skipif(not hasattr(UsdPhysics, "MassUnits") or Usd.GetVersion() < (0, 26, 11), reason="before usd-core 26.11 disabled colliders count")
+needs_witness = pytest.mark.skipif(
+    not hasattr(UsdPhysics, "MassUnits") or Usd.GetVersion() < (0, 26, 11), reason="before usd-core 26.11 disabled colliders count"
+)
 KINDS = ["Cube", "Sphere", "Cylinder", "Capsule", "Cone"]
 
 
@@ -47,7 +49,9 @@ def solid(prim):
     kind, axis = prim.GetTypeName(), 2 if prim.GetTypeName() == "Sphere" else "XYZ".index(get("axis"))
     r, h = get("radius") * (scale if kind == "Sphere" else np.delete(scale, axis)).max(), 0.0 if kind == "Sphere" else get("height") * scale[axis]
     z = np.linspace(-h / 2 - (r if kind in ("Sphere", "Capsule") else 0), h / 2 + (r if kind in ("Sphere", "Capsule") else 0), 20001)
-    rim = {"Cylinder": lambda: 0 * z + r, "Cone": lambda: r * (0.5 - z / h)}.get(kind, lambda: np.sqrt(np.maximum(0, r * r - np.maximum(0, np.abs(z) - h / 2) ** 2)))()
+    rim = {"Cylinder": lambda: 0 * z + r, "Cone": lambda: r * (0.5 - z / h)}.get(
+        kind, lambda: np.sqrt(np.maximum(0, r * r - np.maximum(0, np.abs(z) - h / 2) ** 2))
+    )()
     disc = np.pi * rim**2
     volume = np.trapezoid(disc, z)
     centre = np.trapezoid(disc * z, z) / volume
@@ -263,7 +267,7 @@ def test_shells_are_left_to_simulators(tmp_path, shell):
     stage = tmp_path / "body.usda"
     mass, centroid, said = one_body(stage, of_parts=(shell, MASS.format(2)))
     assert (mass, centroid) == pytest.approx((2, 0.2)) and "/body/a (Cube, a shell: mass, centre of mass, inertia)" in said
-    solid = shell.replace("shell\"", "solid\"").replace("= 1", "= 0")
+    solid = shell.replace('shell"', 'solid"').replace("= 1", "= 0")
     assert one_body(stage, of_parts=(solid, MASS.format(2)))[0] == pytest.approx(3)
 
 
@@ -283,7 +287,10 @@ def test_shells_are_left_to_simulators(tmp_path, shell):
         ({"body": "quatf physics:principalAxes = (inf, 0, 0, 0)"}, "a quaternion is"),
         ({"body": 'float3 xformOp:scale = (1, 0, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'}, "prim /body.*: its scale is 0"),
         ({"body": 'double3 xformOp:translate = (nan, 0, 0)\nuniform token[] xformOpOrder = ["xformOp:translate"]'}, "where it stands is not finite"),
-        ({"body": 'double3 xformOp:translate.timeSamples = { 0: (1, 0, 0) }\nuniform token[] xformOpOrder = ["xformOp:translate"]'}, "xformOp:translate has time samples alone"),
+        (
+            {"body": 'double3 xformOp:translate.timeSamples = { 0: (1, 0, 0) }\nuniform token[] xformOpOrder = ["xformOp:translate"]'},
+            "xformOp:translate has time samples alone",
+        ),
         ({"body": "float physics:mass.timeSamples = { 0: 2 }"}, "physics:mass has time samples alone"),
     ],
 )

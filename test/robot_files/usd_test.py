@@ -71,7 +71,13 @@ class Writer:
         api.CreatePrincipalAxesAttr(quaternion(axes))
 
     def joint(self, j):
-        make = {"revolute": UsdPhysics.RevoluteJoint, "continuous": UsdPhysics.RevoluteJoint, "prismatic": UsdPhysics.PrismaticJoint, "fixed": UsdPhysics.FixedJoint, "spherical": UsdPhysics.SphericalJoint}[j.kind]
+        make = {
+            "revolute": UsdPhysics.RevoluteJoint,
+            "continuous": UsdPhysics.RevoluteJoint,
+            "prismatic": UsdPhysics.PrismaticJoint,
+            "fixed": UsdPhysics.FixedJoint,
+            "spherical": UsdPhysics.SphericalJoint,
+        }[j.kind]
         joint = make.Define(self.stage, f"/robot/{j.name}")
         turn = np.eye(4)  # of the joint's frame, so that the axis is x
         if j.has_axis:
@@ -155,8 +161,14 @@ def test_a_stage_is_the_same_robot(tmp_path, end, options):
     same_dynamics(m, found, m.joint_names, turned=options.get("swap", ()))
     for name in m.joint_names:
         ours, theirs = m.joint(name), found.joint(name)
-        assert theirs.kind == ours.kind and (theirs.effort is None or theirs.effort == pytest.approx(ours.effort, rel=1e-6)) and (theirs.effort is None) == (ours.effort is None)
-        assert (theirs.lower is None) == (ours.lower is None) and (ours.lower is None or (theirs.lower, theirs.upper) == pytest.approx((ours.lower, ours.upper), rel=1e-6))
+        assert (
+            theirs.kind == ours.kind
+            and (theirs.effort is None or theirs.effort == pytest.approx(ours.effort, rel=1e-6))
+            and (theirs.effort is None) == (ours.effort is None)
+        )
+        assert (theirs.lower is None) == (ours.lower is None) and (
+            ours.lower is None or (theirs.lower, theirs.upper) == pytest.approx((ours.lower, ours.upper), rel=1e-6)
+        )
     said = "\n".join(found.warnings)
     assert ("lengths are in units of 0.01 m (metersPerUnit), converted to m" in said) == ("length" in options)
     assert ("masses are in units of 0.001 kg" in said) == ("mass" in options) and ("body1 carries body0" in said) == ("swap" in options)
@@ -211,7 +223,9 @@ FOUR_BAR = """<robot name="four-bar"><link name="ground"/>
 <joint name="A" type="continuous"><parent link="ground"/><child link="crank"/><axis xyz="0 1 0"/></joint>
 <joint name="B" type="continuous"><parent link="crank"/><child link="coupler"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/></joint>
 <joint name="D" type="continuous"><parent link="ground"/><child link="rocker"/><origin xyz="0.6 0 0"/><axis xyz="0 1 0"/></joint>{}</robot>"""
-LINK = '<link name="{}"><inertial><origin xyz="0.2 0 0"/><mass value="1"/><inertia ixx="0.002" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+LINK = (
+    '<link name="{}"><inertial><origin xyz="0.2 0 0"/><mass value="1"/><inertia ixx="0.002" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>'
+)
 LINKS = [LINK.format(name) for name in ("crank", "coupler", "rocker")]
 CLOSED = '<constraint name="C" type="revolute"><parent link="coupler"/><parent_origin xyz="0.6 0 0"/><parent_axis xyz="0 1 0"/><child link="rocker"/><child_origin xyz="0.5 0 0"/><child_axis xyz="0 1 0"/></constraint>'
 
@@ -376,7 +390,10 @@ def test_masses_of_scaled_bodies_are_those_that_usd_computes(tmp_path, scale):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda s: s.GetPrimAtPath("/robot/j1").GetRelationship("physics:body0").SetTargets(["/nowhere"]), "joint j1: physics:body0 is /nowhere, and no such prim"),
+        (
+            lambda s: s.GetPrimAtPath("/robot/j1").GetRelationship("physics:body0").SetTargets(["/nowhere"]),
+            "joint j1: physics:body0 is /nowhere, and no such prim",
+        ),
         (lambda s: s.GetPrimAtPath("/robot/j1").GetRelationship("physics:body0").SetTargets(["/robot/l0", "/robot/l2"]), "physics:body0 names 2 prims"),
         (lambda s: s.RemovePrim("/robot"), "no rigid body"),
     ],
@@ -393,7 +410,11 @@ def test_what_is_refused(tmp_path, change, said):
 def test_values_of_other_types_are_refused(tmp_path):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)))
     text = (tmp_path / "arm.usda").read_text()
-    for was, becomes in (("float physics:mass = 2", 'token[] physics:mass = ["a"]'), ("xformOp:transform", "xformOp:trnsform"), ("quatf physics:localRot0", "dummy physics:localRot0")):
+    for was, becomes in (
+        ("float physics:mass = 2", 'token[] physics:mass = ["a"]'),
+        ("xformOp:transform", "xformOp:trnsform"),
+        ("quatf physics:localRot0", "dummy physics:localRot0"),
+    ):
         (tmp_path / "bad.usda").write_text(text.replace(was, becomes))
         with pytest.raises(ksl.DescriptionError, match="bad.usda: "):
             ksl.load(tmp_path / "bad.usda")
@@ -411,7 +432,10 @@ def test_values_of_other_types_are_refused(tmp_path):
 
 
 def test_a_default_prim_that_is_missing_or_no_name(tmp_path):
-    stage = "#usda 1.0\n(\n    defaultPrim = {}\n    metersPerUnit = 1\n)\n" + 'def Xform "r"\n{{\n    def Xform "a" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])\n    {{\n    }}\n}}\n'
+    stage = (
+        "#usda 1.0\n(\n    defaultPrim = {}\n    metersPerUnit = 1\n)\n"
+        + 'def Xform "r"\n{{\n    def Xform "a" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])\n    {{\n    }}\n}}\n'
+    )
     path = tmp_path / "arm.usda"
     path.write_text(stage.format('"nobody"'))
     assert ksl.load(path, masses="optional").name == "arm"
@@ -513,7 +537,9 @@ def test_a_part_of_a_stage_that_is_missing_refuses_it(tmp_path, capfd, given, sa
 def test_what_usd_says_is_passed_on(tmp_path, capfd):
     if Usd.GetVersion() < (0, 25, 5):
         pytest.skip("USD prints it itself")
-    file = scene(tmp_path / "a.usda", more='def Cube "b" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"] )\n{\n  rel material:binding = </r>\n}')
+    file = scene(
+        tmp_path / "a.usda", more='def Cube "b" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"] )\n{\n  rel material:binding = </r>\n}'
+    )
     with pytest.warns(ksl.DescriptionWarning, match="USD says: Found material bindings on prim"):
         ksl.load(file)
     assert capfd.readouterr().err == ""
@@ -563,7 +589,13 @@ def test_numbers_of_joints_are_used_or_named(tmp_path):
         "rel strange:to = </r>": "strange:to of j",
     }
     schemas = ' ( prepend apiSchemas = ["PhysicsDriveAPI:angular"] )'
-    found = ksl.load(scene(tmp_path / "a.usda", body="vector3f physics:velocity = (1, 0, 0)\nbool physxRigidBody:disableGravity = 1", more=HINGE.format(schemas, used + "\n" + "\n".join(named))))
+    found = ksl.load(
+        scene(
+            tmp_path / "a.usda",
+            body="vector3f physics:velocity = (1, 0, 0)\nbool physxRigidBody:disableGravity = 1",
+            more=HINGE.format(schemas, used + "\n" + "\n".join(named)),
+        )
+    )
     j = found.joint("j")
     assert (j.lower, j.upper, j.effort) == pytest.approx((-np.pi / 2, np.pi / 4, 7))
     assert set(found.unused) == {*filter(None, named.values()), "physics:velocity of a", "physxRigidBody:disableGravity of a"}

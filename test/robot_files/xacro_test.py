@@ -38,7 +38,9 @@ def test_arguments_change_the_robot(arm):
     assert (m.mass, m.joint_names, m.joint("upper_joint").upper) == (3.0, ["upper_joint", "fore_joint"], np.pi)
     m = ksl.load(arm, xacro={"mass": 6, "prefix": "left_"}, floating_base=True)
     assert (m.mass, m.joint_names[1:], m.file) == (9.0, ["left_upper_joint", "left_fore_joint"], f"{arm} (expanded by xacro)")
-    assert [(f.role, f.file) for f in m.inputs] == [("robot", str(arm)), ("included", str(arm.parent / "rod.xacro"))] and all(len(f.sha256) == 64 for f in m.inputs)
+    assert [(f.role, f.file) for f in m.inputs] == [("robot", str(arm)), ("included", str(arm.parent / "rod.xacro"))] and all(
+        len(f.sha256) == 64 for f in m.inputs
+    )
     again = pickle.loads(pickle.dumps(m))
     assert again.mass == 9.0 and np.array_equal(again.mass_matrix(m.neutral()), m.mass_matrix(m.neutral()))
 
@@ -54,7 +56,9 @@ def test_arguments_that_the_file_does_not_ask_for_are_named(arm):
 
 
 def test_without_the_argument_it_is_no_program(arm):
-    with pytest.raises(ksl.DescriptionError, match=r"<xacro:arg> is not expanded; run xacro first: xacro FILE > robot.urdf, or let KSL run it: xacro={} \(--xacro ''\)"):
+    with pytest.raises(
+        ksl.DescriptionError, match=r"<xacro:arg> is not expanded; run xacro first: xacro FILE > robot.urdf, or let KSL run it: xacro={} \(--xacro ''\)"
+    ):
         ksl.load(arm)
 
 
@@ -68,7 +72,7 @@ def test_without_the_argument_it_is_no_program(arm):
         (ARM.replace("<link name", "<xacro:nothing/><link name", 1), {}, "unknown macro name: xacro:nothing"),
         (ARM.replace('params="name', "x"), {"mass": -1}, "mass"),
         (f'{HEAD}<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>', {}, "xacro refuses the file: "),
-        (f'{HEAD}<link name="${{\'\'.__class__}}"/></robot>', {}, "xacro refuses the file: "),
+        (f"{HEAD}<link name=\"${{''.__class__}}\"/></robot>", {}, "xacro refuses the file: "),
         (f'{HEAD}<link name="$(find no_such_package)"/></robot>', {}, "xacro refuses the file: "),
         (ARM, [], "xacro is []; expected the arguments"),
         (ARM, {"a b": "c"}, "'a b' is no name of an argument"),
@@ -91,7 +95,13 @@ def test_lines_are_those_of_the_text_that_xacro_makes(arm):
 def test_names_from_xacro_are_printed_safely(arm):
     arm.write_text(ARM.replace('name="arm"', 'name="ar\u202em"'))
     done = run_ksl("info", arm, "--xacro", "mass:=4 prefix:='l_'")
-    assert done.returncode == 0 and "\\u202e" in done.stdout and "\u202e" not in done.stdout and "l_upper_joint" in done.stdout and "total mass 6 kg" in done.stdout
+    assert (
+        done.returncode == 0
+        and "\\u202e" in done.stdout
+        and "\u202e" not in done.stdout
+        and "l_upper_joint" in done.stdout
+        and "total mass 6 kg" in done.stdout
+    )
 
 
 def test_check(arm):
@@ -116,7 +126,9 @@ def test_loads_say_what_was_given(arm, tmp_path):
     assert "mass:=5" in head and "rod.xacro" in head and "arm.urdf.xacro" in head
 
 
-@pytest.mark.parametrize(("given", "said"), [("mass=5", "'mass=5' is no argument; expected NAME:=VALUE"), ("a:='b", "a quote has no end"), (":=5", "is no argument")])
+@pytest.mark.parametrize(
+    ("given", "said"), [("mass=5", "'mass=5' is no argument; expected NAME:=VALUE"), ("a:='b", "a quote has no end"), (":=5", "is no argument")]
+)
 def test_the_option(arm, given, said):
     done = run_ksl("info", arm, "--xacro", given)
     assert done.returncode == 2 and said in done.stderr

@@ -23,7 +23,9 @@ sys.path.insert(0, str(ROOT / "scripts/trust"))
 import junit
 import record
 
-REPORT = re.compile(r"ERROR: (?:Address|Leak)Sanitizer|runtime error:|WARNING: ThreadSanitizer|== (?:Invalid|Conditional jump|Use of uninit|Syscall param)|<error>")
+REPORT = re.compile(
+    r"ERROR: (?:Address|Leak)Sanitizer|runtime error:|WARNING: ThreadSanitizer|== (?:Invalid|Conditional jump|Use of uninit|Syscall param)|<error>"
+)
 REPORTS = "reports"
 """Files that sanitizers write while Python tests run begin with this."""
 LEAKS = "definite,indirect"
@@ -57,43 +59,76 @@ KINDS = {
         ("heap", "leak", "shift", "truncation", "float-cast"),
         {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"},
         ("test",),
-        ("test/contract", "test/viewer", "test/report/browser_test.py", "test/cli", "test/trust", "test/golden", "test/coverage",
-         "test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
-         "test/algebra/print_test.py", "test/algebra/array_test.py",
-         "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only"),
+        (
+            "test/contract",
+            "test/viewer",
+            "test/report/browser_test.py",
+            "test/cli",
+            "test/trust",
+            "test/golden",
+            "test/coverage",
+            "test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+            "test/algebra/print_test.py",
+            "test/algebra/array_test.py",
+            "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only",
+        ),
         preloaded=("clang", "libclang_rt.asan-x86_64.so"),
     ),
     # The tests of batches and threads alone: code without instrumentation, as in other packages, is reported where it is right.
     # ThreadSanitizer allows no threads after a fork.  clang's library of it crashes in programs that were not linked with it; that of gcc has
     # the same functions.
     "thread": Kind(
-        ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
+        ("race",),
+        {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
         ("test/mechanism/threads_test.py", "test/mechanism/batch_test.py"),
-        ("test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
-         "test/mechanism/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
-         "test/mechanism/threads_test.py::test_children_of_children_too"),
-        preloaded=("gcc", "libtsan.so")),
+        (
+            "test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+            "test/mechanism/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
+            "test/mechanism/threads_test.py::test_children_of_children_too",
+        ),
+        preloaded=("gcc", "libtsan.so"),
+    ),
     # valgrind can't run AVX-512, and computes long double in double precision.  It takes the place of operator new, so that no test can count
     # allocations or make them fail.  Two tests end while threads compute, whose memory nothing frees then.
     "valgrind": Kind(
-        ("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND,
+        ("heap", "uninitialised", "leak"),
+        {"KSL_ISA": "x86-64-v3"},
+        before=VALGRIND,
         left_out_cases={
             "load": ("hostile: the work is in proportion to the size",),
             "engine_test": ("the calls of C++ that are written by hand allocate nothing", "sine and cosine err by less than one unit*"),
             "faults_allocation_failure_test": (),
             "faults_threads_fault_test": ("exit while new threads make their first batches*", "a thread's first batch after the library has deleted*"),
-        }),
+        },
+    ),
     # The same build, of which the programs run above.  With Python's own allocator valgrind would not see the ends of arrays.  Left out: a
     # test that compares bits of instruction sets, since this build has one, and those that need modes and flags of floating-point
     # arithmetic, which valgrind lacks.  A flag is how numpy's linear algebra says that a matrix has no factor.
     "valgrind-python": Kind(
-        ("heap",), {"KSL_ISA": "x86-64-v3", "PYTHONMALLOC": "malloc"}, ("test/mechanism", "test/model", "test/robot_files", "test/simulation", "test/engine", "test/base", "test/identify", "test/arrays",
-                     "test/load_cases/loads_test.py", "test/viewer/notebook_test.py", "test/cli/info_test.py"),
-        ("test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
-         "test/mechanism/not_finite_calls_test.py::test_a_mode_that_the_caller_sets_stays_and_ordinary_results_are_the_same_bits",
-         "test/identify/consistency_test.py::test_log_cholesky_and_back",
-         "test/identify/identification_test.py::test_parameters_of_other_shapes_are_refused"),
-        before_python=VALGRIND_OF_PYTHON, build="valgrind"),
+        ("heap",),
+        {"KSL_ISA": "x86-64-v3", "PYTHONMALLOC": "malloc"},
+        (
+            "test/mechanism",
+            "test/model",
+            "test/robot_files",
+            "test/simulation",
+            "test/engine",
+            "test/base",
+            "test/identify",
+            "test/arrays",
+            "test/load_cases/loads_test.py",
+            "test/viewer/notebook_test.py",
+            "test/cli/info_test.py",
+        ),
+        (
+            "test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+            "test/mechanism/not_finite_calls_test.py::test_a_mode_that_the_caller_sets_stays_and_ordinary_results_are_the_same_bits",
+            "test/identify/consistency_test.py::test_log_cholesky_and_back",
+            "test/identify/identification_test.py::test_parameters_of_other_shapes_are_refused",
+        ),
+        before_python=VALGRIND_OF_PYTHON,
+        build="valgrind",
+    ),
 }
 
 
@@ -109,8 +144,12 @@ def said_by(*command):
 def build(name):
     """The folder of the build: libraries, tests, and the Python package in site/."""
     folder = ROOT / "build" / name
-    options = {"nanobind_DIR": said_by(sys.executable, "-m", "nanobind", "--cmake_dir"), "Python_EXECUTABLE": sys.executable,
-               "Python3_EXECUTABLE": sys.executable, "CMAKE_MAKE_PROGRAM": Path(sys.executable).with_name("ninja")}
+    options = {
+        "nanobind_DIR": said_by(sys.executable, "-m", "nanobind", "--cmake_dir"),
+        "Python_EXECUTABLE": sys.executable,
+        "Python3_EXECUTABLE": sys.executable,
+        "CMAKE_MAKE_PROGRAM": Path(sys.executable).with_name("ninja"),
+    }
     run(["cmake", "--preset", name, *(f"-D{key}={value}" for key, value in options.items())], check=True, stdout=subprocess.DEVNULL)
     run(["cmake", "--build", folder, "--", "--quiet"], check=True, env=os.environ | {"ASAN_OPTIONS": "detect_leaks=0"})
     shutil.rmtree(folder / "site", ignore_errors=True)

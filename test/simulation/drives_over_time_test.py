@@ -48,7 +48,12 @@ def test_a_number_goes_to_the_coordinates_that_it_is_of(model):
 
 @pytest.mark.parametrize(
     ("allowed", "good", "bad"),
-    [("FINITE", [-1e308, 1e308], [np.inf, -np.inf, np.nan]), ("NOT_NEGATIVE", [0.0, 1e308], [-1e-300, np.inf]), ("LIMIT", [0.0, np.inf], [-1e-300, np.nan]), ("SHARE", [0.0, 1.0], [-1e-9, 1 + 1e-9])],
+    [
+        ("FINITE", [-1e308, 1e308], [np.inf, -np.inf, np.nan]),
+        ("NOT_NEGATIVE", [0.0, 1e308], [-1e-300, np.inf]),
+        ("LIMIT", [0.0, np.inf], [-1e-300, np.nan]),
+        ("SHARE", [0.0, 1.0], [-1e-9, 1 + 1e-9]),
+    ],
 )
 def test_numbers_that_can_be(model, allowed, good, bad):
     allowed = getattr(drives_over_time, allowed)
@@ -71,7 +76,11 @@ def test_rows_over_time():
     assert time is TIMES and rows.shape == (1, 3, 2) and (rows[0] == each).all()
     runs = np.arange(12.0).reshape(2, 3, 2)
     assert (over_time(runs, TIMES, (2,), 2, "x")[1] == runs).all()
-    for wrong, leading, expected in ((np.zeros((2, 2)), (), r"expected \(2,\) constant, or \(3, 2\) at the times$"), (runs, (3,), r"or \(3, 3, 2\) for each run"), (np.zeros((3, 3)), (), "shape")):
+    for wrong, leading, expected in (
+        (np.zeros((2, 2)), (), r"expected \(2,\) constant, or \(3, 2\) at the times$"),
+        (runs, (3,), r"or \(3, 3, 2\) for each run"),
+        (np.zeros((3, 3)), (), "shape"),
+    ):
         with pytest.raises(ValueError, match=expected):
             over_time(wrong, TIMES, leading, 2, "x")
     with pytest.raises(ValueError, match="x holds numbers that are not finite"):

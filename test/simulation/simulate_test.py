@@ -84,7 +84,10 @@ def test_functions_that_raise_end_the_call():
 @pytest.mark.parametrize("events", [[], [lambda t, q, v: 1.0]], ids=["alone", "events"])
 def test_a_function_that_ends_a_run_at_its_start_leaves_the_state(how, events):
     """What would have driven it is not known."""
-    for run in (M.simulate(*START, efforts=lambda t, q, v: None, events=events, **how), M.simulate([START[0]] * 2, [START[1]] * 2, START[2], efforts=lambda t, q, v: None, events=events, **how)):
+    for run in (
+        M.simulate(*START, efforts=lambda t, q, v: None, events=events, **how),
+        M.simulate([START[0]] * 2, [START[1]] * 2, START[2], efforts=lambda t, q, v: None, events=events, **how),
+    ):
         first = run.q.reshape(-1, 3, 2)[-1]
         assert np.all(run.reason == "a function ended it") and np.all(run.ended == 0) and np.array_equal(first[0], START[0]) and np.isnan(first[1:]).all()
         assert np.all(run.work.ravel()[0] == 0) and np.isfinite(run.energy.ravel()[0]) and np.isnan(run.a).all() and np.isnan(run.efforts).all()
@@ -227,7 +230,13 @@ def test_one_line_says_what_a_run_is():
 
 def test_a_drive_that_switches_to_and_fro_ends_early():
     """Beyond its zero it pushes back with a jump: no step is short enough.  The run says where, and keeps what it has."""
-    m = ksl.Builder("wheel").add_link("base").add_link("wheel", mass=1.0, inertia=np.eye(3)).add_joint("turn", "continuous", "base", "wheel", axis=(0, 0, 1)).build()
+    m = (
+        ksl.Builder("wheel")
+        .add_link("base")
+        .add_link("wheel", mass=1.0, inertia=np.eye(3))
+        .add_joint("turn", "continuous", "base", "wheel", axis=(0, 0, 1))
+        .build()
+    )
     with pytest.warns(RuntimeWarning, match="became too small to go on; joint 'turn' .* energy"):
         run = m.simulate([0.0], [1e-6], [0, 1.0], efforts=lambda t, q, v: -1e9 * np.sign(v + 1e-9))
     assert run.steps + run.rejected <= 30_000 and np.isfinite(run.q[0]).all() and np.isnan(run.q[1]).all()
@@ -245,8 +254,13 @@ def test_laws_are_those_of_the_joints_that_are_named():
     }  # fmt: skip
     at_limits = np.array([[-2.0, 2.0], [2.0, -2.0]])
     assert M._exact_laws(0.5, None, None, at_limits)["restitution"].tolist() == [0.5, 0.5]
-    assert M._exact_laws({"to_lower": 0.0}, None, None, np.array([[2.5, 0.0]]))["restitution"].tolist() == [-1.0, 0.0], "a joint that is left out may start anywhere"
-    for q, said in ((np.array([[0.0, 0.0], [0.0, 2.0000001]]), "'to_lower' starts at 2, beyond"), (np.array([[-2.1, 0.0]]), "'to_upper' starts at -2.1, beyond its limits -2 and 2")):
+    assert M._exact_laws({"to_lower": 0.0}, None, None, np.array([[2.5, 0.0]]))["restitution"].tolist() == [-1.0, 0.0], (
+        "a joint that is left out may start anywhere"
+    )
+    for q, said in (
+        (np.array([[0.0, 0.0], [0.0, 2.0000001]]), "'to_lower' starts at 2, beyond"),
+        (np.array([[-2.1, 0.0]]), "'to_upper' starts at -2.1, beyond its limits -2 and 2"),
+    ):
         with pytest.raises(ValueError, match=said):
             M._exact_laws(0.0, None, None, q)
 
@@ -267,12 +281,16 @@ def test_coordinates_of_laws_and_limits_differ_behind_a_ball():
         m._exact_laws(0.5, None, None, q[np.newaxis])
 
 
-@pytest.mark.parametrize(("method", "step", "times", "expected"), [("dop853", None, [0.0, 1.0], 0.0), ("rk4", 0.25, [0.0, 1.0], 0.25), ("rk4", None, [0.0], 1.0)])
+@pytest.mark.parametrize(
+    ("method", "step", "times", "expected"), [("dop853", None, [0.0, 1.0], 0.0), ("rk4", 0.25, [0.0, 1.0], 0.25), ("rk4", None, [0.0], 1.0)]
+)
 def test_steps(method, step, times, expected):
     assert _step(step, method, np.array(times)) == expected
 
 
-@pytest.mark.parametrize(("x", "zero", "good"), [(1e-300, False, True), (0.0, False, False), (0.0, True, True), (-1e-300, True, False), (np.inf, True, False), (np.nan, True, False)])
+@pytest.mark.parametrize(
+    ("x", "zero", "good"), [(1e-300, False, True), (0.0, False, False), (0.0, True, True), (-1e-300, True, False), (np.inf, True, False), (np.nan, True, False)]
+)
 def test_positive_numbers(x, zero, good):
     if good:
         assert _positive(x, "rtol", zero) == x
@@ -297,7 +315,12 @@ def test_counts_and_directions():
 
 
 def test_times_are_finite_and_increase():
-    for times, said in (([0.0, np.inf], "times must be finite"), ([0.0, 1.0, 1.0], r"times\[2\] is 1 after 1"), ([1.0, 0.5], r"times\[1\] is 0.5 after 1"), ([[0.0, 1.0]], r"shape \(1, 2\)")):
+    for times, said in (
+        ([0.0, np.inf], "times must be finite"),
+        ([0.0, 1.0, 1.0], r"times\[2\] is 1 after 1"),
+        ([1.0, 0.5], r"times\[1\] is 0.5 after 1"),
+        ([[0.0, 1.0]], r"shape \(1, 2\)"),
+    ):
         with pytest.raises(ValueError, match=said):
             _times(times)
     assert _times([2.0]).tolist() == [2.0] and _times([0, 1]).dtype == float
@@ -323,7 +346,9 @@ def test_momentum_that_is_lost_is_less_than_what_gravity_gives():
 @pytest.mark.parametrize(("runs", "said"), [(3, r"run 0, the first of 3, ended at"), (1, "the run ended at")])
 def test_which_of_several_runs_ended_early_is_told(runs, said):
     q, v = ([[0.8, 0.2]] * runs, [[0.0, 0.0]] * runs) if runs > 1 else START[:2]
-    with pytest.warns(RuntimeWarning, match=rf"{said} .*it takes more steps than most_steps, 3; take longer steps.*; its energy was .* J\.  Rows after that are NaN"):
+    with pytest.warns(
+        RuntimeWarning, match=rf"{said} .*it takes more steps than most_steps, 3; take longer steps.*; its energy was .* J\.  Rows after that are NaN"
+    ):
         run = M.simulate(q, v, [0.0, 5.0], most_steps=3)
     assert not np.any(run.complete)
 
@@ -337,5 +362,7 @@ def test_momentum_is_counted_from_the_first_time():
 
 def test_energies_that_are_not_finite_are_said():
     m = ksl.Builder("stone").add_link("stone", 2.0, (0.1, 0, 0), 0.1 * np.eye(3)).build(floating_base=True)
-    with pytest.warns(RuntimeWarning, match=r"the run: its energy or the work done on it is not finite at 0\.\d+ s: velocities, efforts or wrenches are too large"):
+    with pytest.warns(
+        RuntimeWarning, match=r"the run: its energy or the work done on it is not finite at 0\.\d+ s: velocities, efforts or wrenches are too large"
+    ):
         m.simulate(m.neutral(), np.zeros(6), [0.0, 0.001], external={"stone": [1e160, 0, 0, 0, 0, 0]})

@@ -169,7 +169,7 @@ REFUSED = {
     "bolt = 'M8 88': no property class '88'; did you mean '8.8'": {"bolt": "M8 88"},
     "those of ISO 3506 (stainless steel) are not: give preload": {"bolt": "M8 A2-70"},
     "bolt = 'M18 9.8': ISO 898-1 has the property class 9.8 up to M16": {"bolt": "M18 9.8"},
-    "clamp_length without bolt; write bolt = \"M8 8.8\"": {"clamp_length": 0.02},
+    'clamp_length without bolt; write bolt = "M8 8.8"': {"clamp_length": 0.02},
     "clamp_length = 20: lengths are in metres; 20 mm are 0.02": {"bolt": "M8 8.8", "clamp_length": 20},
     "shank_length is more than clamp_length": {"bolt": "M8 8.8", "clamp_length": 0.02, "shank_length": 0.03},
     "plates = 'alu': expected 'steel' or 'aluminium'": {"bolt": "M8 8.8", "plates": "alu"},

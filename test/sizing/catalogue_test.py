@@ -32,7 +32,12 @@ def command(*arguments):
 
 @pytest.mark.parametrize(
     ("name", "balls", "ball", "pitch", "C", "C0"),
-    [("6204", 8, 7.938, 33.5, 12.8e3, 6.65e3), ("6205", 9, 7.938, 39.04, 14.0e3, 7.85e3), ("6206", 9, 9.525, 46, 19.5e3, 11.2e3), ("6208", 9, 11.906, 60, 29.1e3, 17.9e3)],
+    [
+        ("6204", 8, 7.938, 33.5, 12.8e3, 6.65e3),
+        ("6205", 9, 7.938, 39.04, 14.0e3, 7.85e3),
+        ("6206", 9, 9.525, 46, 19.5e3, 11.2e3),
+        ("6208", 9, 11.906, 60, 29.1e3, 17.9e3),
+    ],
 )
 def test_ratings_of_bearings_that_are_sold(name, balls, ball, pitch, C, C0):
     """As catalogues print them, for the balls that are in them."""
@@ -66,7 +71,11 @@ def test_one_catalogue_in_three_formats(tmp_path):
         '[[component]]\nkind = "motor"\nname = "a"\nmass = 1.5\nprice = 9\nrated_torque = 2\ntorque_speed = [[0, 3], [10, 1]]\n'
         '[[component]]\nkind = "bearing pair"\nname = "7"\nsize = "17"\nmass = 1\n[component.locating]\nC = 5\n'
     )
-    rows = [["kind", "name", "size", "mass", "price", "rated_torque", "torque_speed", "locating.C"], ["motor", "a", "", "1.5", "9", "2", "[[0, 3], [10, 1]]", ""], ["bearing pair", "7", "17", "1", "", "", "", "5"]]
+    rows = [
+        ["kind", "name", "size", "mass", "price", "rated_torque", "torque_speed", "locating.C"],
+        ["motor", "a", "", "1.5", "9", "2", "[[0, 3], [10, 1]]", ""],
+        ["bearing pair", "7", "17", "1", "", "", "", "5"],
+    ]
     with open(tmp_path / "c.csv", "w", newline="", encoding="utf-8") as f:
         csv.writer(f).writerows([["# ours"], *rows])
     found = [[(o.kind.name, o.name, o.size, o.mass, o.price, o.values) for o in catalogue_given(tmp_path / name).offers] for name in ("c.toml", "c.csv")]
@@ -82,7 +91,11 @@ def test_one_catalogue_in_three_formats(tmp_path):
 def test_the_command(loads, tmp_path):
     done = command(loads, ASKED, "--choose", SAMPLE, "--brief", "-o", tmp_path / "out")
     assert done.exit_code == 0, done.output
-    assert re.search(r"panda_joint2\s+motor\s+K85 ", done.output) and "K70: rms torque 0.835" in done.output and "no combination with less holds" in done.output.replace("\n  ", " ")
+    assert (
+        re.search(r"panda_joint2\s+motor\s+K85 ", done.output)
+        and "K70: rms torque 0.835" in done.output
+        and "no combination with less holds" in done.output.replace("\n  ", " ")
+    )
     said = json.loads((tmp_path / "out/sizing.json").read_text(encoding="utf-8"))
     assert [c["name"] for c in said["choice"]["choices"]] == ["W20-100", "K85", "W17-100", "K60", "2 x T40"] and said["choice"]["settled"]
     with open(tmp_path / "out/choices.csv", encoding="utf-8", newline="") as f:
@@ -171,8 +184,14 @@ WRONG_REQUESTS = [
     ('joint = "panda_joint2"\nkind = "motor"\nlink = "panda_lnk1"', r"no link named 'panda_lnk1'; did you mean 'panda_link1'"),
     ('joint = "base"\nkind = "motor"', r":2: a motor sits on a joint that has one coordinate, and base is fixed"),
     ('joint = "panda_joint2"\nkind = "motor"\n[[choose]]\njoint = "panda_joint2"\nkind = "motor"', r":5: a second motor is to be chosen for panda_joint2"),
-    ('joint = "panda_joint2"\nkind = "motor"', r"none of them has a figure that could be compared; of a: .*; gear_ratio is not given, and no gear on this joint has a ratio"),
-    ('joint = "panda_joint2"\nkind = "motor"\ngear_ratio = 100', r"no motor of c.csv holds: none of them has a figure that could be compared; of a: .*; rated_torque is not given; peak_torque is not given"),
+    (
+        'joint = "panda_joint2"\nkind = "motor"',
+        r"none of them has a figure that could be compared; of a: .*; gear_ratio is not given, and no gear on this joint has a ratio",
+    ),
+    (
+        'joint = "panda_joint2"\nkind = "motor"\ngear_ratio = 100',
+        r"no motor of c.csv holds: none of them has a figure that could be compared; of a: .*; rated_torque is not given; peak_torque is not given",
+    ),
 ]
 
 

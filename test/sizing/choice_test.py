@@ -111,18 +111,28 @@ def level():
     return ksl.compute_loads(ksl.load_string(LIFTER), (np.arange(3.0), np.zeros((3, 2)), np.zeros((3, 2)), np.zeros((3, 2))))
 
 
-DIRECT = {"choose": [{"joint": j, "kind": "motor", "by": "price", "gear_ratio": 1, "link": "upper", **at} for j, at in (("first", {}), ("second", {"at": [0.5, 0, 0]}))]}
+DIRECT = {
+    "choose": [
+        {"joint": j, "kind": "motor", "by": "price", "gear_ratio": 1, "link": "upper", **at} for j, at in (("first", {}), ("second", {"at": [0.5, 0, 0]}))
+    ]
+}
 
 
 def test_cheapest_together_is_not_cheapest_each():
     """The cheaper motor at the elbow is heavy, and asks for a dearer one at the shoulder; by hand, a light one is cheaper in all."""
-    offers = [{"kind": "motor", "rotor_inertia": 0.0, "name": n, "mass": m, "price": p, "rated_torque": r} for n, m, p, r in (("heavy", 6.0, 100, 4.0), ("light", 1.0, 160, 4.0), ("weak", 9.0, 350, 35.0), ("strong", 9.0, 500, 65.0))]
+    offers = [
+        {"kind": "motor", "rotor_inertia": 0.0, "name": n, "mass": m, "price": p, "rated_torque": r}
+        for n, m, p, r in (("heavy", 6.0, 100, 4.0), ("light", 1.0, 160, 4.0), ("weak", 9.0, 350, 35.0), ("strong", 9.0, 500, 65.0))
+    ]
     sizing = ksl.size(level(), DIRECT, choose={"component": offers})  # at the shoulder 23.5 N m, 4.9 for each kg at the elbow
     assert [c.name for c in sizing.choices] == ["strong", "heavy"] and sizing.choices[0].utilisation == pytest.approx(G * (4 * 0.25 + 2 * 0.7 + 6 * 0.5) / 65)
     together = sizing.selection.together
     assert together.names == ("weak", "light") and together.total == 510 and together.joint_by_joint == 600
     assert any("weak + light hold with 510 instead of 600" in note for note in sizing.notes)
-    with pytest.raises(SizingError, match=r"first: no motor of catalogue holds: the nearest is weak, whose rms torque has the utilisation 1\.51; asked is at most 1; .* together: weak \+ light"):
+    with pytest.raises(
+        SizingError,
+        match=r"first: no motor of catalogue holds: the nearest is weak, whose rms torque has the utilisation 1\.51; asked is at most 1; .* together: weak \+ light",
+    ):
         ksl.size(level(), DIRECT, choose={"component": offers[:3]})
 
 
@@ -153,7 +163,9 @@ def test_loads_computed_again_with_the_masses_are_those_of_the_choice(brakes_fro
     sizing = ksl.size(run, asked, choose={"component": MOTORS})
     heavier = braked(run_of(5, sizing.selection.on(run.model)))
     own = {"kind": "motor", "gear_ratio": RATIO, "gear_efficiency": EFFICIENCY}
-    parts = [own | {k: x for k, x in m.items() if k not in ("mass", "price")} | {"joint": c.joint} for c in sizing.choices for m in MOTORS if m["name"] == c.name]
+    parts = [
+        own | {k: x for k, x in m.items() if k not in ("mass", "price")} | {"joint": c.joint} for c in sizing.choices for m in MOTORS if m["name"] == c.name
+    ]
     again = ksl.size(heavier, {"component": [gear, *parts]})
     assert [f.value for f in again.in_order] == pytest.approx([f.value for f in sizing.in_order], rel=1e-12) and len(again.in_order) > 6
     peaks = lambda z: [row[name] for row in z.peaks for name in ("bending_moment", "effort", "brake") if row.get(name) is not None]
@@ -162,7 +174,9 @@ def test_loads_computed_again_with_the_masses_are_those_of_the_choice(brakes_fro
 
 def test_gears_come_before_their_motors():
     """A motor without a ratio has that of the gear that is chosen for its joint."""
-    gears = [{"kind": "planetary gear", "name": f"P{n}", "mass": m, "ratio": n, "efficiency": 0.9, "nominal_torque": T} for n, m, T in ((20, 0.5, 5), (40, 0.9, 80))]
+    gears = [
+        {"kind": "planetary gear", "name": f"P{n}", "mass": m, "ratio": n, "efficiency": 0.9, "nominal_torque": T} for n, m, T in ((20, 0.5, 5), (40, 0.9, 80))
+    ]
     asked = {"choose": [{"joint": "first", "kind": "motor"}, {"joint": "first", "kind": "planetary gear"}]}
     sizing = ksl.size(run_of(2), asked, choose={"component": [*gears, *MOTORS]})
     assert [c.kind for c in sizing.choices] == ["motor", "planetary gear"] and sizing.choices[1].name == "P40"

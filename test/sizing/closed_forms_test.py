@@ -136,7 +136,15 @@ def test_a_joint_that_is_held_is_sized_as_one_with_zero_velocities(robot, noise)
     t = np.linspace(0, 4, 1001)
     q = 0.3 + noise * np.random.default_rng(5).standard_normal((1001, 1))
     parts = [
-        {"kind": "motor", "rotor_inertia": 1e-6, "rated_torque": 0.25, "peak_torque": 0.25, "brake_torque": 0.25, "max_speed_rpm": 3000, "regenerated_energy": 1},
+        {
+            "kind": "motor",
+            "rotor_inertia": 1e-6,
+            "rated_torque": 0.25,
+            "peak_torque": 0.25,
+            "brake_torque": 0.25,
+            "max_speed_rpm": 3000,
+            "regenerated_energy": 1,
+        },
         {"kind": "strain wave gear", "ratio": 50, "efficiency": 0.7, "average_torque": 10, "rated_torque": 10, "required_life_h": 1000},
         {"kind": "planetary gear", "ratio": 50, "nominal_torque": 10},
         {"kind": "crossed roller bearing", "pitch_diameter": 0.1, "C": 1e4, "C0": 1e4},

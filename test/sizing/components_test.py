@@ -354,8 +354,13 @@ def test_the_first_gear_of_a_joint_and_what_its_motor_states():
     for ratio, said in ((1, False), (3, True)):
         alone = ksl.size(table, {"component": [{"joint": "j", "kind": "motor", "rotor_inertia": 0, "gear_ratio": ratio}]})
         assert any("gear_efficiency is not given" in str(x) for x in alone.left_out) == said
-    idle = ksl.size(made_table({"a": {"time": [0.0, 1.0], "effort": np.nan}}), {"component": [{"joint": "j", "kind": "motor", "gear_ratio": 1}, *gears, {"joint": "j", "kind": "limits", "torque": 1}]})
-    assert [str(x) for x in idle.left_out] == [f"j: {name}: everything is left out: j has no drive in these results: it follows other joints" for name in ("motor", "x", "y")]
+    idle = ksl.size(
+        made_table({"a": {"time": [0.0, 1.0], "effort": np.nan}}),
+        {"component": [{"joint": "j", "kind": "motor", "gear_ratio": 1}, *gears, {"joint": "j", "kind": "limits", "torque": 1}]},
+    )
+    assert [str(x) for x in idle.left_out] == [
+        f"j: {name}: everything is left out: j has no drive in these results: it follows other joints" for name in ("motor", "x", "y")
+    ]
 
 
 def test_the_example_says_each_default():

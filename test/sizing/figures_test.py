@@ -52,7 +52,15 @@ def loads(seed: int) -> dict[str, dict[str, np.ndarray]]:
         speed = turns * rng.normal(size=n)
         speed[rng.random(n) < 0.2] = 0.0
         effort, rotor = (60.0 if name == "emergency" else 8 * size) * rng.normal(size=n), rng.normal(size=n)
-        cases[name] = {"time": time, **columns, "position": 0.1 * rng.normal(size=n), "speed": speed, "acceleration": 9 * rng.normal(size=n), "effort": effort, "rotor": rotor}
+        cases[name] = {
+            "time": time,
+            **columns,
+            "position": 0.1 * rng.normal(size=n),
+            "speed": speed,
+            "acceleration": 9 * rng.normal(size=n),
+            "effort": effort,
+            "rotor": rotor,
+        }
     return cases
 
 
@@ -359,12 +367,23 @@ def test_amplitudes_envelopes_stands_and_emergencies(sized):
 
 def test_small_loads_at_a_stand_and_in_the_cycle():
     """Those that hold are not those that move, nor those of the cycle those of a pose, however small they are; and a case may lack rows of a joint."""
-    table = made_table({"a": {"time": [0.0, 1, 2, 3], "speed": [0, 9.0, 9, 0], "effort": [0.3, -5, 6, -0.4], "position": [0, 9, 18, 18]}, "pose": {"time": [0.0], "effort": 9.0, "speed": 1.0}})
+    table = made_table(
+        {
+            "a": {"time": [0.0, 1, 2, 3], "speed": [0, 9.0, 9, 0], "effort": [0.3, -5, 6, -0.4], "position": [0, 9, 18, 18]},
+            "pose": {"time": [0.0], "effort": 9.0, "speed": 1.0},
+        }
+    )
     elsewhere = made_table({"b": {"time": [0.0, 1.0], "effort": 99.0}})
     elsewhere = elsewhere.set_column(2, "joint", [["k", "k"]])
     joints = [{"name": name, "kind": "revolute", "axis": list(AXIS)} for name in "jk"]
     whole = pa.concat_tables([table, elsewhere]).replace_schema_metadata(made_table({"a": {"time": [0.0]}}, joints=joints).schema.metadata)
-    parts = [{"kind": "motor", "gear_ratio": 1, "brake_torque": 1.0, "rotor_inertia": 0}, {"kind": "strain wave gear"}, {"kind": "planetary gear"}, *PARTS[3:4], *PARTS[7:8]]
+    parts = [
+        {"kind": "motor", "gear_ratio": 1, "brake_torque": 1.0, "rotor_inertia": 0},
+        {"kind": "strain wave gear"},
+        {"kind": "planetary gear"},
+        *PARTS[3:4],
+        *PARTS[7:8],
+    ]
     for given in (table, whole):
         sizing = ksl.size(given, {"component": [{"joint": "j", **part} for part in parts]})
         found = {f.figure: f for f in sizing.in_order}
@@ -377,23 +396,37 @@ def test_small_loads_at_a_stand_and_in_the_cycle():
 
 
 @pytest.mark.parametrize(
-    ("mean", "swing", "damage", "hours"), [(50.0, 5.0, (10 / 30) ** 4 / 2e6, 1 / 3600), (100.0, 5.0, math.inf, 0.0), (50.0, 0.0, 0.0, math.inf), (100.0, 0.0, 0.0, math.inf)]
+    ("mean", "swing", "damage", "hours"),
+    [(50.0, 5.0, (10 / 30) ** 4 / 2e6, 1 / 3600), (100.0, 5.0, math.inf, 0.0), (50.0, 0.0, 0.0, math.inf), (100.0, 0.0, 0.0, math.inf)],
 )
 def test_means_at_the_ultimate_strength_and_stresses_that_do_not_change(mean, swing, damage, hours):
     """A cycle about S_u can't be borne once, and none lasts forever; an amplitude that does the same damage is said of finite ones alone."""
     table = made_table({"a": {"time": [0.0, 0.25, 0.5, 0.75, 1.0], "fx": mean + swing * np.array([0, 1, 0, -1, 0])}})
     part = {"joint": "j", "kind": "fatigue", "stress": {"fx": 1.0}, **LINE, "mean_stress": "goodman", "ultimate": 100.0, "residue": "repeating"}
     f = {f.figure: f.value for f in ksl.size(table, {"component": [part]}).in_order}
-    assert f["damage of one pass"] == pytest.approx(damage, rel=1e-9) and f["fatigue life"] == pytest.approx(hours / damage if 0 < damage < math.inf else hours, rel=1e-9)
+    assert f["damage of one pass"] == pytest.approx(damage, rel=1e-9) and f["fatigue life"] == pytest.approx(
+        hours / damage if 0 < damage < math.inf else hours, rel=1e-9
+    )
     assert f.get("equivalent amplitude") == (pytest.approx(10 * 2e6**-0.25, rel=1e-9) if 0 < damage < math.inf else None)
 
 
 def flange(**keys):
-    part = {"joint": "j", "kind": "bolted flange", "load_factor": PHI, "preload": 5000.0, "friction": 0.12, "required_clamp": 700.0, "amplitude_limit": 9.0, "yield_force": 9e3}
+    part = {
+        "joint": "j",
+        "kind": "bolted flange",
+        "load_factor": PHI,
+        "preload": 5000.0,
+        "friction": 0.12,
+        "required_clamp": 700.0,
+        "amplitude_limit": 9.0,
+        "yield_force": 9e3,
+    }
     return [f.value for f in ksl.size(made_table(loads(1)), {"component": [part | keys]}).in_order]
 
 
-@pytest.mark.parametrize(("normal", "x_axis"), [(None, [0.8, 0, -0.6]), ([0, 0, -2], [3, 0, 0]), ([1, 0, 0], [0, 1, 0]), ([0.91, 0, 0.4], [0, 1, 0]), ([0.89, 0, 0.46], [1, 0, 0])])
+@pytest.mark.parametrize(
+    ("normal", "x_axis"), [(None, [0.8, 0, -0.6]), ([0, 0, -2], [3, 0, 0]), ([1, 0, 0], [0, 1, 0]), ([0.91, 0, 0.4], [0, 1, 0]), ([0.89, 0, 0.46], [1, 0, 0])]
+)
 def test_a_circle_of_bolts_is_its_points(normal, x_axis):
     """Counted from first_angle on.  x is the joint's in the flange's plane; y, where the normal is nearer to x than about 26°."""
     angles = np.radians(20) + 2 * np.pi * np.arange(5) / 5

@@ -29,7 +29,17 @@ def values(sizing):
     return {f.figure: f for f in sizing.figures}
 
 
-PIN = {"kind": "pin", "diameter": 0.06, "eye_width": 0.08, "cheek_width": 0.04, "gap": 0.002, "bending_stress": 150e6, "shear_stress": 80e6, "eye_pressure": 25e6, "cheek_pressure": 25e6}
+PIN = {
+    "kind": "pin",
+    "diameter": 0.06,
+    "eye_width": 0.08,
+    "cheek_width": 0.04,
+    "gap": 0.002,
+    "bending_stress": 150e6,
+    "shear_stress": 80e6,
+    "eye_pressure": 25e6,
+    "cheek_pressure": 25e6,
+}
 
 
 def test_a_pin_between_two_cheeks():
@@ -37,7 +47,9 @@ def test_a_pin_between_two_cheeks():
     found = values(sized({"lift": columns(1e5 * ACROSS + 7e3 * K)}, PIN))
     assert found["bending stress"].value == pytest.approx(2100 / 2.120575e-5, rel=1e-6)
     assert found["shear stress"].value == pytest.approx(4 / 3 * 5e4 / (math.pi * 0.06**2 / 4), rel=1e-12)
-    assert found["pressure in the eye"].value == pytest.approx(1e5 / (0.06 * 0.08)) and found["pressure in the cheeks"].value == pytest.approx(5e4 / (0.06 * 0.04))
+    assert found["pressure in the eye"].value == pytest.approx(1e5 / (0.06 * 0.08)) and found["pressure in the cheeks"].value == pytest.approx(
+        5e4 / (0.06 * 0.04)
+    )
     assert {f.figure: round(f.utilisation, 4) for f in found.values()} == {
         "bending stress": round(99.03e6 / 150e6, 4), "shear stress": 0.2947, "pressure in the eye": 0.8333, "pressure in the cheeks": 0.8333,
     }  # fmt: skip
@@ -51,13 +63,17 @@ def test_a_hollow_pin_is_a_thin_ring_at_the_end():
     assert "not less than the diameter" in str(sized({"lift": columns(1e5 * ACROSS)}, PIN | {"inner_diameter": 0.06}).left_out[0])
 
 
-@pytest.mark.parametrize(("moment", "share"), [(400 * ACROSS, math.hypot(5e3, 400 / 0.124)), (400 * THIRD, 5e3 + 400 / 0.124), (-400 * THIRD, 5e3 + 400 / 0.124)])
+@pytest.mark.parametrize(
+    ("moment", "share"), [(400 * ACROSS, math.hypot(5e3, 400 / 0.124)), (400 * THIRD, 5e3 + 400 / 0.124), (-400 * THIRD, 5e3 + 400 / 0.124)]
+)
 def test_a_moment_loads_one_cheek_more(moment, share):
     """L = 80 + 2 · 2 + 40 mm; a moment about the force adds a couple across it, one across it a couple along it."""
     case = {"lift": columns(1e4 * ACROSS, moment)}
     assert values(sized(case, PIN))["pressure in the cheeks"].value == pytest.approx(share / (0.06 * 0.04), rel=1e-9)
     free = values(sized(case, PIN | {"moment": "none"}))
-    assert free["pressure in the cheeks"].value == pytest.approx(5e3 / (0.06 * 0.04)) and free["pressure in the eye"].value == pytest.approx(1e4 / (0.06 * 0.08))
+    assert free["pressure in the cheeks"].value == pytest.approx(5e3 / (0.06 * 0.04)) and free["pressure in the eye"].value == pytest.approx(
+        1e4 / (0.06 * 0.08)
+    )
 
 
 def test_the_middle_of_a_pin_may_be_off_the_origin():
@@ -74,10 +90,16 @@ def test_a_plain_bush():
     speed = np.array([2.0, 2.0, 0.0, 0.0, 0.0])
     part = BUSH | {"wear_coefficient": 1e-15, "max_wear": 1e-4, "required_life_h": 50.0}
     found = values(sized({"dig": columns(2e4 * THIRD, speed=speed)}, part))
-    assert found["specific pressure"].value == pytest.approx(5e6) and found["sliding speed"].value == pytest.approx(0.08) and found["largest p·v"].value == pytest.approx(4e5)
+    assert (
+        found["specific pressure"].value == pytest.approx(5e6)
+        and found["sliding speed"].value == pytest.approx(0.08)
+        and found["largest p·v"].value == pytest.approx(4e5)
+    )
     mean = 4e5 * 0.75 / 2.0
     assert found["mean p·v"].value == pytest.approx(mean)
-    assert found["life by wear"].value == pytest.approx(1e-4 / (1e-15 * mean * 3600)) and found["life by wear"].utilisation == pytest.approx(50 * 1e-15 * mean * 3600 / 1e-4)
+    assert found["life by wear"].value == pytest.approx(1e-4 / (1e-15 * mean * 3600)) and found["life by wear"].utilisation == pytest.approx(
+        50 * 1e-15 * mean * 3600 / 1e-4
+    )
 
 
 def test_two_bushes_share_a_tilting_moment():
@@ -153,7 +175,10 @@ FLANGE = {"kind": "bolted flange", "bolts": 4, "circle_diameter": 0.2, "normal":
 def test_a_flange_of_the_parent_does_not_turn_with_the_child():
     """A force that stays with the parent, in the axes of a child that turns: on the parent it is constant, 1,000 N along the bolts."""
     q = np.linspace(0, 3, 5)
-    turned = {"lift": columns(position=q) | dict(zip(("fx", "fy", "fz"), (np.cos(q)[:, None] * 1e3 * ACROSS - np.sin(q)[:, None] * 1e3 * np.cross(K, ACROSS)).T, strict=True))}
+    turned = {
+        "lift": columns(position=q)
+        | dict(zip(("fx", "fy", "fz"), (np.cos(q)[:, None] * 1e3 * ACROSS - np.sin(q)[:, None] * 1e3 * np.cross(K, ACROSS)).T, strict=True))
+    }
     child, parent = (sized(turned, FLANGE | on) for on in ({}, {"on": "parent"}))
     axial = values(parent)["axial load of a bolt"]
     assert abs(axial.value) == pytest.approx(250) and axial.note == "" and values(parent)["shear load of a bolt"].value == pytest.approx(0, abs=1e-9)

@@ -169,7 +169,10 @@ ALTERED = {
     "NaN time": (lambda t: with_number(t, "time", np.nan), "the column time is missing or not a number in row 4"),
     "infinite effort": (lambda t: with_number(t, "effort", -np.inf), "the column effort is infinite in row 4"),
     "no name": (lambda t: with_number(t, "joint", None), "the column joint lacks a name in some rows"),
-    "a stranger": (lambda t: with_column(t, "joint", ["x" if j == "base" else j for j in t["joint"].to_pylist()]), "the table has a joint x that its metadata does not know"),
+    "a stranger": (
+        lambda t: with_column(t, "joint", ["x" if j == "base" else j for j in t["joint"].to_pylist()]),
+        "the table has a joint x that its metadata does not know",
+    ),
     "equal times": (lambda t: with_column(t, "time", [min(x, 1.9) for x in t["time"].to_pylist()]), "times of case sines don't increase"),
     "no position": (lambda t: with_number(t, "position", np.nan), "wrist_1 has samples without position, speed or acceleration"),
     "numbers as names": (lambda t: with_column(t, "joint", [3] * len(t)), "the column joint holds int64; expected names: run"),
@@ -253,7 +256,11 @@ def test_speeds_of_rounding_are_zero_beside_the_shorter_step(kind):
         s = Results(table).joint("j")
         assert (s.speed[:5] == 0).tolist() == [stands and kind != "fixed"] * 5
         assert s.resolution == (pytest.approx(np.median(still)) if kind != "fixed" else 0)
-        said = made_table({case: {"time": t} for case, t in times.items()}, kind, cases=[{"resolution": {"j": 0.2}}, {}, {"resolution": {"j": 0.3, "k": 9.0}}, {"resolution": {"j": np.inf}}])
+        said = made_table(
+            {case: {"time": t} for case, t in times.items()},
+            kind,
+            cases=[{"resolution": {"j": 0.2}}, {}, {"resolution": {"j": 0.3, "k": 9.0}}, {"resolution": {"j": np.inf}}],
+        )
         assert Results(said).joint("j").resolution == (0.3 if kind != "fixed" else 0)
     for broken in (3, [3], [{"resolution": {"j": "x"}}], [{"resolution": 3}]):
         assert Results(made_table({"a": {"time": [0.0, 1.0]}}, kind, cases=broken)).joint("j").resolution == 0
@@ -261,7 +268,14 @@ def test_speeds_of_rounding_are_zero_beside_the_shorter_step(kind):
 
 
 def test_an_axis_that_is_none_is_z():
-    for kind, axis, found in (("revolute", [0.6, 0, 0.8], (0.6, 0, 0.8)), ("revolute", [0, 0.51, 0], (0, 0.51, 0)), ("revolute", [0, 0.49, 0], (0, 0, 1)), ("revolute", [0, 0, 0], (0, 0, 1)), ("revolute", None, (0, 0, 1)), ("fixed", [1, 0, 0], (0, 0, 1))):
+    for kind, axis, found in (
+        ("revolute", [0.6, 0, 0.8], (0.6, 0, 0.8)),
+        ("revolute", [0, 0.51, 0], (0, 0.51, 0)),
+        ("revolute", [0, 0.49, 0], (0, 0, 1)),
+        ("revolute", [0, 0, 0], (0, 0, 1)),
+        ("revolute", None, (0, 0, 1)),
+        ("fixed", [1, 0, 0], (0, 0, 1)),
+    ):
         joint = Results(made_table({"a": {"time": [0.0, 1.0]}}, joints=[{"name": "j", "kind": kind, "axis": axis}])).joints["j"]
         assert joint.axis == found and joint.has_axis == (found != (0, 0, 1)) and joint.turns == (kind == "revolute")
 
@@ -285,7 +299,10 @@ def test_rotors_as_bodies_are_said():
 def test_figures_that_an_open_component_changes_are_not_judged(at, axis):
     """And no others: each component of the wrench about the joint's origin is changed in turn."""
     rng, joints = np.random.default_rng(4), [{"name": "j", "kind": "revolute", "axis": axis}]
-    wrench, limits = dict(zip(WRENCH, rng.normal(size=(6, 3)), strict=True)), dict.fromkeys(("axial_force", "radial_force", "bending_moment", "torque", "speed_rpm"), 1e3)
+    wrench, limits = (
+        dict(zip(WRENCH, rng.normal(size=(6, 3)), strict=True)),
+        dict.fromkeys(("axial_force", "radial_force", "bending_moment", "torque", "speed_rpm"), 1e3),
+    )
     parts = {"component": [{"joint": "j", "kind": "limits", **limits, **({} if at is None else {"at": list(at)})}]}
     size = lambda wrench: made_table({"a": {"time": np.arange(3.0), "speed": 1.0, **wrench}}, joints=joints)
     before = ksl.size(size(wrench), parts).in_order
@@ -350,7 +367,12 @@ def test_a_sizing_in_a_few_lines(count):
     assert both is None or both.verdict.startswith("r: 2 of 2 figures are over their limit")
     open_ended = {"joint": "j", "kind": "fatigue", "stress": {"tz": 1.0}}
     assert ksl.size(table, {"component": [open_ended]}).verdict == "r: nothing was compared with a limit"
-    assert ksl.size(table, {"component": [*parts[1:], open_ended]}).verdict.startswith(f"r: all {count - 1} figures with a limit are within it; 1 left out; worst: j, ") or count < 2
+    assert (
+        ksl.size(table, {"component": [*parts[1:], open_ended]}).verdict.startswith(
+            f"r: all {count - 1} figures with a limit are within it; 1 left out; worst: j, "
+        )
+        or count < 2
+    )
     assert [f.verdict for f in sizing.figures] == ["over", *["within"] * (count - 1)][:count] and len(sizing.exceeded) == bool(count)
 
 

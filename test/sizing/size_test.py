@@ -64,9 +64,7 @@ def test_figures_are_sorted_and_complete(sizing):
 def test_peaks_are_those_of_the_loads(sizing, loads):
     """The torque of the gear, the limits and the simultaneous set are one number, that of the table."""
     table = pq.read_table(loads / "wrenches.parquet")
-    efforts = np.array(
-        [e for e, j in zip(table["effort"].to_pylist(), table["joint"].to_pylist(), strict=True) if j == "panda_joint2"]
-    )
+    efforts = np.array([e for e, j in zip(table["effort"].to_pylist(), table["joint"].to_pylist(), strict=True) if j == "panda_joint2"])
     peak = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "repeated peak torque"))
     rows = {row["extreme"]: row for row in sizing.peaks if row["joint"] == "panda_joint2"}
     assert peak.value == np.abs(efforts).max() == max(rows["effort max"]["effort"], -rows["effort min"]["effort"])
@@ -195,9 +193,7 @@ def test_brief_and_without_components(loads):
 
 def test_json_on_standard_output(loads):
     said = json.loads(command(loads, PANDA, "--json").stdout)
-    assert said["worst"]["utilisation"] == max(
-        f["utilisation"] for f in said["figures"] if f["utilisation"] is not None
-    )
+    assert said["worst"]["utilisation"] == max(f["utilisation"] for f in said["figures"] if f["utilisation"] is not None)
 
 
 def test_exit_statuses(loads, tmp_path):
@@ -260,9 +256,7 @@ def test_the_example_is_printed_and_fits_the_results(loads, tmp_path):
 
 
 def test_results_over_a_closed_pipe(loads):
-    run = subprocess.Popen(
-        [sys.executable, "-m", "ksl", "size", str(loads), str(PANDA)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    run = subprocess.Popen([sys.executable, "-m", "ksl", "size", str(loads), str(PANDA)], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     run.stdout.close()
     assert run.wait() == 1 and run.stderr.read() == b""
     run.stderr.close()

@@ -348,7 +348,12 @@ def test_miner_with_goodmans_correction():
 
 
 @pytest.mark.parametrize(
-    ("method", "expected"), [("none", [10, 10, 10, 10, 0, 10]), ("goodman", [10 / 1.5, 20, 10 / 0.01, np.inf, 0, np.inf]), ("goodman in tension", [10, 20, 10 / 0.01, np.inf, 0, np.inf])]
+    ("method", "expected"),
+    [
+        ("none", [10, 10, 10, 10, 0, 10]),
+        ("goodman", [10 / 1.5, 20, 10 / 0.01, np.inf, 0, np.inf]),
+        ("goodman in tension", [10, 20, 10 / 0.01, np.inf, 0, np.inf]),
+    ],
 )
 def test_amplitudes_about_means(method, expected):
     """S_a/(1 − S_m/S_u): infinite from S_m = S_u on, where there is an amplitude; in compression smaller, or the same."""
@@ -366,7 +371,8 @@ def test_the_line_above_and_below_its_knee(below, expected):
 
 
 @pytest.mark.parametrize(
-    ("series", "turns"), [([], []), ([3], [3]), ([3, 3], [3]), ([1, 2], [1, 2]), ([1, 2, 2, 3], [1, 3]), ([1, 2, 1], [1, 2, 1]), ([2, 2, 0, 1, 5, 5, 4], [2, 0, 5, 4])]
+    ("series", "turns"),
+    [([], []), ([3], [3]), ([3, 3], [3]), ([1, 2], [1, 2]), ([1, 2, 2, 3], [1, 3]), ([1, 2, 1], [1, 2, 1]), ([2, 2, 0, 1, 5, 5, 4], [2, 0, 5, 4])],
 )
 def test_turning_points(series, turns):
     assert fatigue.turning_points(series).tolist() == turns
@@ -379,7 +385,12 @@ def test_cycles_that_are_rounding():
 
 
 def test_bearings_and_gears_without_a_load_or_at_rest():
-    assert life.mean_speed([3.0], [0.0]) == 0 and np.isinf(life.rating_life(1.0, 0.0)) and np.isinf(life.hours(1.0, 0.0)) and np.isinf(bearings.static_safety(1.0, 0.0))
+    assert (
+        life.mean_speed([3.0], [0.0]) == 0
+        and np.isinf(life.rating_life(1.0, 0.0))
+        and np.isinf(life.hours(1.0, 0.0))
+        and np.isinf(bearings.static_safety(1.0, 0.0))
+    )
     near(life.mean_load([1e300, 9.0], [1.0, 0.0], [1.0, 1.0]), 1e300)  # what stands weighs nothing, and powers don't overflow
     assert np.isinf(gears.momentary_events(0.0, 1.0)) and np.isinf(gears.momentary_events(-9.0, 0.0)) and gears.momentary_events(-60.0, 5.0) == 1000
     assert np.isinf(gears.wave_generator_life(0.0, 1.0, 1.0, 1.0)) and np.isinf(gears.wave_generator_life(1.0, 0.0, 1.0, 1.0))

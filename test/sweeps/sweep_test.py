@@ -103,7 +103,11 @@ def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
     np.testing.assert_allclose(efforts(fast) - held, 4 * (efforts(slow) - held), atol=1e-11)
     for factor in (0.5, 0.9, 1.1):
         moved = v.case({"speed": factor})[1]
-        assert np.array_equal(moved.time, slow[1].time / factor) and moved.v == pytest.approx(slow[1].v * factor) and moved.a == pytest.approx(slow[1].a * factor**2)
+        assert (
+            np.array_equal(moved.time, slow[1].time / factor)
+            and moved.v == pytest.approx(slow[1].v * factor)
+            and moved.a == pytest.approx(slow[1].a * factor**2)
+        )
     assert fast[1].resolution == pytest.approx(2 * slow[1].resolution, rel=1e-15)
     by_spline = np.gradient(fast[1].q[:, 1], fast[1].time, edge_order=2)
     np.testing.assert_allclose(fast[1].v[:, 1], by_spline, atol=2e-3)
@@ -238,7 +242,10 @@ def test_shares_of_ranges(lower, upper, at, share):
     rows = {"speed_peak": np.array([0.6]), "effort_peak": np.array([10.0])}
     peaks = Peaks(SimpleNamespace(joints=(joint,), joint_names=("swing",), loops=(), physics=(), drives=None, follower_names=()))
     peaks._add_shares(rows, np.array([[at[0], at[1], at[0]]]))
-    assert {name: rows[name].tolist() for name in ("speed_share", "effort_share")} == {"speed_share": [pytest.approx(0.2)], "effort_share": [pytest.approx(0.25)]}
+    assert {name: rows[name].tolist() for name in ("speed_share", "effort_share")} == {
+        "speed_share": [pytest.approx(0.2)],
+        "effort_share": [pytest.approx(0.25)],
+    }
     assert rows["position_share"] == pytest.approx([np.nan if share is None else share], nan_ok=True)
 
 
@@ -246,11 +253,21 @@ def test_partitions_hold_all_cases_once():
     """About 5,000 rows each, and with wrenches 400,000 of these at most, unless the sweep says how many cases."""
     for cases, size in ((10, 4), (8, 4), (3, 4), (1, 1)):
         plan = Plan(PANDA, sweep_from(described({**SPEED, "values": [1.0 + k for k in range(cases)]})), size)
-        assert [case for p in range(plan.partitions) for case in plan.cases(p)] == list(range(cases)) and all(0 < len(plan.cases(p)) <= size for p in range(plan.partitions))
+        assert [case for p in range(plan.partitions) for case in plan.cases(p)] == list(range(cases)) and all(
+            0 < len(plan.cases(p)) <= size for p in range(plan.partitions)
+        )
     joints, samples = len(ksl.load(PANDA).joints), len(read_motion(ksl.load(PANDA), PICK).time)
     plain, small = sweep_from(described(SPEED)), sweep_from(described(SPEED, partition=7))
-    assert [_plan(PANDA, given, wrenches)[0].size for given in (plain, small) for wrenches in (False, True)] == [5000 // joints, 400_000 // (joints * samples), 7, 7]
-    assert (again_of(0), again_of(1), again_of(2)) == ("", *(f", {words} again, since files had other contents when they were computed" for words in ("1 partition", "2 partitions")))
+    assert [_plan(PANDA, given, wrenches)[0].size for given in (plain, small) for wrenches in (False, True)] == [
+        5000 // joints,
+        400_000 // (joints * samples),
+        7,
+        7,
+    ]
+    assert (again_of(0), again_of(1), again_of(2)) == (
+        "",
+        *(f", {words} again, since files had other contents when they were computed" for words in ("1 partition", "2 partitions")),
+    )
 
 
 def test_lengths_in_millimetres_are_doubted():
@@ -414,7 +431,11 @@ def test_a_cluster_computes_all_partitions(monkeypatch, cpus, workers, at_once):
 
 @pytest.mark.parametrize(
     ("fault", "words"),
-    [("WorkerCrashedError", "the worker of cases 12 to 15 has died 3 times"), ("OutOfMemoryError", "the worker of cases 12 to 15 has died"), ("RayError", "cases 12 to 15: the Ray cluster answers: of the cluster; check that KSL")],
+    [
+        ("WorkerCrashedError", "the worker of cases 12 to 15 has died 3 times"),
+        ("OutOfMemoryError", "the worker of cases 12 to 15 has died"),
+        ("RayError", "cases 12 to 15: the Ray cluster answers: of the cluster; check that KSL"),
+    ],
 )
 def test_faults_of_a_cluster_are_said(monkeypatch, fault, words):
     cluster = Cluster(1, getattr(Cluster.exceptions, fault)("first line\nof the cluster"))
@@ -452,7 +473,12 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
             assert ((joint, quantity) in rows) == bool(there)
             if there:
                 worst, found = max(there, key=lambda row: row[quantity]), rows[joint, quantity]
-                assert (found["value"], found["case"], found["speed"], found["payload_panda_flange"]) == (worst[quantity], worst["case"], worst["speed"], worst["payload_panda_flange"])
+                assert (found["value"], found["case"], found["speed"], found["payload_panda_flange"]) == (
+                    worst[quantity],
+                    worst["case"],
+                    worst["speed"],
+                    worst["payload_panda_flange"],
+                )
     assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,unit,case,payload_panda_flange,speed\n")
 
 
@@ -460,7 +486,9 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
 def test_a_sweep_of_a_closed_mechanism_says_the_same_as_one_run(tmp_path):
     """With what rigid bodies leave open, in rows and worst cases."""
     fourbar, time = ksl.load_string(FOURBAR, drives=["A"]), np.linspace(0, 2, 201)
-    np.savetxt(tmp_path / "crank.csv", np.column_stack([time, np.pi * (time - np.sin(np.pi * time) / np.pi)]), delimiter=",", header="time,A", comments="", fmt="%.17g")
+    np.savetxt(
+        tmp_path / "crank.csv", np.column_stack([time, np.pi * (time - np.sin(np.pi * time) / np.pi)]), delimiter=",", header="time,A", comments="", fmt="%.17g"
+    )
     sweep = {"base": {"motion": str(tmp_path / "crank.csv")}, "vary": [{"kind": "payload", "link": "rocker", "values": [0.0, 1.0]}]}
     results = ksl.sweep(fourbar, sweep, tmp_path / "swept", workers=1)
     run = ksl.compute_loads(fourbar, tmp_path / "crank.csv", payloads={"rocker": (1.0, (0, 0, 0))})
@@ -509,7 +537,9 @@ def test_utilisations_are_those_of_sizing_each_case(tmp_path):
         sizing = ksl.size(ksl.compute_loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
         for row in (r for r in rows if r["case"] == case):
             found = [f for f in sizing.figures if f.joint == row["joint"] and f.utilisation is not None]
-            assert (row["utilisation"], row["utilisation_of"]) == ((None, None) if not found else (pytest.approx(found[0].utilisation, rel=1e-9), f"{found[0].component}: {found[0].figure}"))
+            assert (row["utilisation"], row["utilisation_of"]) == (
+                (None, None) if not found else (pytest.approx(found[0].utilisation, rel=1e-9), f"{found[0].component}: {found[0].figure}")
+            )
     worst = max((row for row in rows if row["utilisation"]), key=lambda row: row["utilisation"])
     assert max(r["value"] for r in results.worst if r["quantity"] == "utilisation") == worst["utilisation"]
     assert "sha256" in (tmp_path / "sweep.json").read_text() and "panda.toml" in (tmp_path / "sweep.json").read_text()
@@ -526,7 +556,9 @@ def test_one_file_of_components_serves_a_motion_and_a_sweep(tmp_path, spectrum):
         swept = ksl.sweep(PANDA, tables, tmp_path / "out", workers=1)
     sizing = ksl.size(ksl.compute_loads(PANDA, PICK), tmp_path / "c.toml")
     assert any(f"is left out: {named} one case, panda_pick" in note for note in sizing.notes)
-    assert [row["utilisation"] for row in swept.cases.to_table().to_pylist() if row["joint"] == "panda_joint2"] == pytest.approx([sizing.worst.utilisation], rel=1e-9)
+    assert [row["utilisation"] for row in swept.cases.to_table().to_pylist() if row["joint"] == "panda_joint2"] == pytest.approx(
+        [sizing.worst.utilisation], rel=1e-9
+    )
 
 
 @HERE
@@ -587,7 +619,7 @@ def test_damaged_and_unknown_partitions(tmp_path):
     part.unlink()
     assert ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1).computed == 2 and part.read_bytes() == whole
     (tmp_path / "sweep.json").unlink()
-    for content in ("{}", "[\"fingerprint\"]", "3", "{"):
+    for content in ("{}", '["fingerprint"]', "3", "{"):
         (tmp_path / "sweep.json").write_text(content)
         with pytest.raises(ksl.SweepError, match="sweep.json: is not the description of a sweep"):
             ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
@@ -722,7 +754,11 @@ def test_the_command(tmp_path):
     assert "0 cases computed" in run_ksl("sweep", PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out").stdout
     broken = tmp_path / "broken.toml"
     broken.write_text("[base\n")
-    for arguments, words in (((PANDA, broken), "is not TOML"), ((PANDA, tmp_path / "none.toml"), "can't be read"), ((PANDA, tmp_path / "sweep.toml", "--engine", "slurm"), "local")):
+    for arguments, words in (
+        ((PANDA, broken), "is not TOML"),
+        ((PANDA, tmp_path / "none.toml"), "can't be read"),
+        ((PANDA, tmp_path / "sweep.toml", "--engine", "slurm"), "local"),
+    ):
         done = run_ksl("sweep", *arguments, "-o", tmp_path / "other")
         assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1 and not (tmp_path / "other").exists()
 
@@ -763,7 +799,7 @@ def test_a_file_that_is_replaced_during_a_sweep_is_refused(tmp_path, monkeypatch
     def compute(plan, partitions, workers):
         for k, partition in enumerate(partitions):
             if k == 2:
-                faster(motion) if which == "motion" else robot.write_text(robot.read_text().replace("mass value=\"", "mass value=\"1"))
+                faster(motion) if which == "motion" else robot.write_text(robot.read_text().replace('mass value="', 'mass value="1'))
             yield Evaluator(plan).partition(partition)
 
     monkeypatch.setattr(local, "compute", compute)

@@ -40,7 +40,18 @@ def test_a_promise_is_kept_if_all_its_records_say_so(folder):
 
 def test_a_run_of_less_than_is_promised_shows_a_promise_in_part(folder):
     run(folder, "fuzz-a", True)
-    given = [sys.executable, str(SCRIPTS / "record.py"), "fuzz-b", "--command", "make fuzz", "--in-part", "--figure", "executions=9", "--results", str(folder / "results")]
+    given = [
+        sys.executable,
+        str(SCRIPTS / "record.py"),
+        "fuzz-b",
+        "--command",
+        "make fuzz",
+        "--in-part",
+        "--figure",
+        "executions=9",
+        "--results",
+        str(folder / "results"),
+    ]
     subprocess.run(given, check=True, capture_output=True)
     read = promises.read(folder)
     assert promises.state(read[0]) == "in part" and "| fuzz-b | 9 | in part |" in page.page(read)

@@ -28,8 +28,13 @@ SURFACES = {
 
 
 def test_every_page_is_in_the_table():
-    makes_pages = re.compile(r"_repr_(html|markdown|svg|mimebundle)_\(self|add_(html|markdown)\(|</body>|<iframe|\"annotations\"|</script|report\.html\"\)\)\.substitute")
-    found = {str(p.relative_to(PYTHON)) for p in PYTHON.rglob("*.py") if makes_pages.search(p.read_text(encoding="utf-8"))} - {"base/markup.py", "viewer/gate.py"}
+    makes_pages = re.compile(
+        r"_repr_(html|markdown|svg|mimebundle)_\(self|add_(html|markdown)\(|</body>|<iframe|\"annotations\"|</script|report\.html\"\)\)\.substitute"
+    )
+    found = {str(p.relative_to(PYTHON)) for p in PYTHON.rglob("*.py") if makes_pages.search(p.read_text(encoding="utf-8"))} - {
+        "base/markup.py",
+        "viewer/gate.py",
+    }
     assert found <= set(SURFACES), found - set(SURFACES)
 
 
@@ -103,11 +108,25 @@ def test_report_and_notebook(hostile, watched):
     page.goto(file.as_uri() + "#joint-0")
     page.wait_for_selector(".chart .main-svg", timeout=60_000)
     text = page.inner_text("body")
-    assert all(" ".join(name.split()) in " ".join(text.split()) for name in HOSTILE if "\u202e" not in name) and "\\u202egnp" in text, "they are read as they are"
+    assert all(" ".join(name.split()) in " ".join(text.split()) for name in HOSTILE if "\u202e" not in name) and "\\u202egnp" in text, (
+        "they are read as they are"
+    )
     from ksl.sizing.figures import Figure
     from ksl.sizing.sizing import Sizing
 
-    figure = Figure(**dict.fromkeys(Figure.__dataclass_fields__, "") | {"joint": HOSTILE[0], "component": HOSTILE[1], "formula": HOSTILE[2], "source": HOSTILE[3], "value": 1.0, "limit": 2.0, "utilisation": 0.5, "time": None})
+    figure = Figure(
+        **dict.fromkeys(Figure.__dataclass_fields__, "")
+        | {
+            "joint": HOSTILE[0],
+            "component": HOSTILE[1],
+            "formula": HOSTILE[2],
+            "source": HOSTILE[3],
+            "value": 1.0,
+            "limit": 2.0,
+            "utilisation": 0.5,
+            "time": None,
+        }
+    )
     sizing = SimpleNamespace(figures=(figure,), verdict=HOSTILE[4])
     notebook = hostile.folder / "notebook.html"
     parts = [hostile.model._repr_html_(), hostile.run._repr_html_(), Sizing._repr_html_(sizing)]

@@ -9,7 +9,26 @@ HOSTILE = [
 ]  # fmt: skip
 """What HTML, Markdown, SVG, JSON, TeX, plotly, style sheets, terminals or spreadsheets might take for more than text."""
 
-OURS = ["world", "base", "case", "joint", "total", "offset", "-", "Arm", "arm", "a/b", "a_b", "x" * 300, "x" * 299 + "y", "🦾", " ", "links", "structure", "constructor"]
+OURS = [
+    "world",
+    "base",
+    "case",
+    "joint",
+    "total",
+    "offset",
+    "-",
+    "Arm",
+    "arm",
+    "a/b",
+    "a_b",
+    "x" * 300,
+    "x" * 299 + "y",
+    "🦾",
+    " ",
+    "links",
+    "structure",
+    "constructor",
+]
 """Words of KSL's own pages, tables and options; equal but for case or for what a tree of nodes separates; long ones; pictures."""
 
 INERTIAL = '<inertial><origin xyz="0.05 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -21,6 +40,7 @@ def chain(names: list[str], robot: str = "chain", root: str = "root") -> str:
     links = "".join(f"<link name={q(n)}>{INERTIAL}{mesh.format(q(f'{n}.stl')) if k < 4 else ''}</link>" for k, n in enumerate([root, *names]))
     limit = '<limit lower="-1" upper="1" effort="9" velocity="9"/>'
     joints = "".join(
-        f'<joint name={q(b)} type="revolute"><origin xyz="0.1 0 0"/><axis xyz="0 1 0"/><parent link={q(a)}/><child link={q(b)}/>{limit}</joint>' for a, b in zip([root, *names], names)
+        f'<joint name={q(b)} type="revolute"><origin xyz="0.1 0 0"/><axis xyz="0 1 0"/><parent link={q(a)}/><child link={q(b)}/>{limit}</joint>'
+        for a, b in zip([root, *names], names)
     )
     return f"<robot name={q(robot)}>{links}{joints}</robot>"

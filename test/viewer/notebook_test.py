@@ -57,7 +57,9 @@ def test_one_link_and_many():
 def test_surfaces(tmp_path):
     """A unit cube is drawn by the two triangles of each of the three sides that the eye sees."""
     path = tmp_path / "cube.urdf"
-    path.write_text('<robot name="r"><link name="cube"><visual><geometry><box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual></link></robot>')
+    path.write_text(
+        '<robot name="r"><link name="cube"><visual><geometry><box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual></link></robot>'
+    )
     _, lines, circles = drawing(ksl.load(path))
     surfaces = re.findall(r'points="([^"]*)" fill="#(......)"', ksl.load(path)._repr_html_())
     assert len(surfaces) == 6 and not lines and not circles

@@ -40,7 +40,10 @@ def total(scene):
     return scene.constraint + scene.actuation
 
 
-@pytest.mark.parametrize("placement", [{}, {"on": "parent", "at": "world", "axes": "world"}, {"at": "rocker", "axes": "coupler"}, {"at": {"C": (0.1, 0.2, -0.1)}}, {"at": (0.1, 0, 0)}])
+@pytest.mark.parametrize(
+    "placement",
+    [{}, {"on": "parent", "at": "world", "axes": "world"}, {"at": "rocker", "axes": "coupler"}, {"at": {"C": (0.1, 0.2, -0.1)}}, {"at": (0.1, 0, 0)}],
+)
 def test_wrenches_are_those_of_the_results(fourbar, stiff, motion, tmp_path, placement):
     """Stiffnesses change the wrenches; a robot without them is told to differ, and with those that the results name it doesn't."""
     ksl.compute_loads(stiff, motion, **placement).write(tmp_path)
@@ -52,7 +55,9 @@ def test_wrenches_are_those_of_the_results(fourbar, stiff, motion, tmp_path, pla
     scene, notes = scene_of_results(fourbar, results)
     assert total(scene) == pytest.approx(total(expected), abs=1e-8 * scale) and scene.constraint == pytest.approx(expected.constraint, abs=1e-8 * scale)
     assert "stiffnesses or external wrenches have changed since" in notes[0]
-    assert wrench_at(scene, 5, "C", Choice())[3:] == pytest.approx(stiff.reactions(motion.q[5], motion.v[5], motion.a[5], joints=["C"])[0, 3:], abs=1e-8 * scale)
+    assert wrench_at(scene, 5, "C", Choice())[3:] == pytest.approx(
+        stiff.reactions(motion.q[5], motion.v[5], motion.a[5], joints=["C"])[0, 3:], abs=1e-8 * scale
+    )
     restored = with_compliances(fourbar, results.description["compliance"])
     assert compliances_of(restored) == compliances_of(stiff) and scene_of_results(restored, results)[1] == []
 
@@ -87,11 +92,21 @@ external = [{ link = "rocker", steps = [[0.0, 0, 30, 0, 5, 0, 0], [1.0, 0, 0, 0,
 """
 
 
-@pytest.mark.parametrize(("case", "notes"), [("plain", ""), ("pushed", ""), ("changing", ""), ("changing", "external wrenches of the load case are not shown, since results don't hold those that load cases or programs give as they change")])
+@pytest.mark.parametrize(
+    ("case", "notes"),
+    [
+        ("plain", ""),
+        ("pushed", ""),
+        ("changing", ""),
+        ("changing", "external wrenches of the load case are not shown, since results don't hold those that load cases or programs give as they change"),
+    ],
+)
 def test_the_command_uses_what_the_results_were_made_with(tmp_path, case, notes):
     """Loops, stiffnesses, payloads with inertia, physics and wrenches of the file of cases: nothing is told to differ, but for wrenches that change where that file is gone."""
     pytest.importorskip("viser")
-    (tmp_path / "fourbar.urdf").write_text(FOURBAR.replace('<limit effort="5" velocity="10"/>', '<limit effort="5" velocity="10"/><dynamics damping="0.5"/>', 1))
+    (tmp_path / "fourbar.urdf").write_text(
+        FOURBAR.replace('<limit effort="5" velocity="10"/>', '<limit effort="5" velocity="10"/><dynamics damping="0.5"/>', 1)
+    )
     (tmp_path / "cases.toml").write_text(CASES)
     np.savetxt(tmp_path / "crank.csv", np.column_stack([TIME, TURN]), delimiter=",", header="time,A", comments="")
     done = run_ksl("loads", "fourbar.urdf", "crank.csv", "--drives", "A", "--cases", "cases.toml", "-o", "out", cwd=tmp_path)

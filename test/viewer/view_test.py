@@ -52,7 +52,10 @@ def test_a_robot_at_rest_is_exported_too(arm, tmp_path):
 
 
 def test_bad_input(arm, motion, tmp_path):
-    assert refused(arm.file, "--export", tmp_path / "no" / "a.html") == f"{tmp_path}/no/a.html: there is no folder {tmp_path}/no; make it, or give a file in a folder that exists"
+    assert (
+        refused(arm.file, "--export", tmp_path / "no" / "a.html")
+        == f"{tmp_path}/no/a.html: there is no folder {tmp_path}/no; make it, or give a file in a folder that exists"
+    )
     assert refused(arm.file, "--joint", "ellbow").startswith("arm: no joint named 'ellbow'; did you mean 'elbow'")
     assert refused(arm.file, "--package-path", tmp_path / "no") == f"--package-path {tmp_path}/no: no such folder"
     assert refused(arm.file, motion, "--case", "pick").startswith("--case pick: only results of `ksl loads` have load cases")

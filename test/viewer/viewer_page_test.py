@@ -26,7 +26,10 @@ def page_of(browser, url: str, offline: bool = False):
     page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: faults.append(str(error)))
     if offline:
-        page.route("**/*", lambda route: route.continue_() if route.request.url.startswith(("file:", "data:", "blob:")) else (faults.append(route.request.url), route.abort()))
+        page.route(
+            "**/*",
+            lambda route: route.continue_() if route.request.url.startswith(("file:", "data:", "blob:")) else (faults.append(route.request.url), route.abort()),
+        )
     page.goto(url)
     page.wait_for_function(READY, timeout=60_000)
     yield page

@@ -28,9 +28,7 @@ _INNER = f"([;\t\r\n])('*[ \"]*[{_INNER_SIGNS}])"
 _INNER_FORMULA = re.compile(_INNER)
 _INNER_GUARDED = re.compile(f"([;\t\r\n])'('*[ \"]*[{_INNER_SIGNS}])")
 
-_IN_COMMENT = re.compile(
-    r"([,;|][\s\"]*)(?=[=@\uff1d\uff20]|[-+\uff0b\uff0d](?!(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?\s*(?:[,;|\])}]|$)))"
-)
+_IN_COMMENT = re.compile(r"([,;|][\s\"]*)(?=[=@\uff1d\uff20]|[-+\uff0b\uff0d](?!(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?\s*(?:[,;|\])}]|$)))")
 """A separator before a sign that does not begin a plain number."""
 
 

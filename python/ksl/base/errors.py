@@ -103,7 +103,7 @@ def close_names(name: object, known: Iterable[str], count: int = 3, cutoff: floa
 
 
 def near_names(name: object, known: Iterable[str]) -> str:
-    """"did you mean 'a' or 'b'? ", or nothing."""
+    """ "did you mean 'a' or 'b'? ", or nothing."""
     near = close_names(name, known, 3, 0.7)
     return f"did you mean {' or '.join(map(repr, near))}? " if near else ""
 

@@ -34,7 +34,9 @@ def require_version(what: str, package: str) -> None:
     except PackageNotFoundError:  # as some builds from source leave it
         return
     if _release(found) < _release(least):
-        raise ImportError(f"{what} needs {name} {least} or newer, and {found} is installed; install it with: pip install --upgrade 'ksl[{package}]'", name=package)
+        raise ImportError(
+            f"{what} needs {name} {least} or newer, and {found} is installed; install it with: pip install --upgrade 'ksl[{package}]'", name=package
+        )
 
 
 def _release(version: str) -> list[int]:

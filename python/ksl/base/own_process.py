@@ -53,7 +53,9 @@ def is_possible() -> bool:
     return bool(sys.executable)
 
 
-def run(program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], object] | None = None, meanwhile: Callable[[], object] | None = None) -> dict[str, Any]:
+def run(
+    program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], object] | None = None, meanwhile: Callable[[], object] | None = None
+) -> dict[str, Any]:
     """What a Python program says last.  Raises :class:`Ended` where it says nothing; what interrupts the wait ends the process.
 
     answer: of questions that it asks by `say(ask=…)`, which it reads from standard input as a line of JSON.  meanwhile: called while it runs.
@@ -65,8 +67,12 @@ def run(program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], 
         return last | {"printed": printed.read(MOST_PRINTED).decode("utf-8", "replace")}
 
 
-def _last_word(program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], object] | None, meanwhile: Callable[[], object] | None, printed: IO[bytes]) -> dict[str, Any]:
-    process = subprocess.Popen([sys.executable, "-c", _ENDS_WITH_PARENT + program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=printed, encoding="utf-8")
+def _last_word(
+    program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], object] | None, meanwhile: Callable[[], object] | None, printed: IO[bytes]
+) -> dict[str, Any]:
+    process = subprocess.Popen(
+        [sys.executable, "-c", _ENDS_WITH_PARENT + program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=printed, encoding="utf-8"
+    )
     try:
         assert process.stdin is not None and process.stdout is not None
         last: dict[str, Any] | None = None

@@ -17,10 +17,7 @@ else:
 
 _PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
 _BARE_PART = r"[\w-]+[ \t]*\.[ \t]*"
-_LONG_KEY = re.compile(
-    rf"^[ \t]*(?:\[{{1,2}}[ \t]*)?(?:{_PART}){{{limits.TOML_DEPTH}}}|[{{,][ \t]*(?:{_BARE_PART}){{{limits.TOML_DEPTH}}}",
-    re.MULTILINE,
-)
+_LONG_KEY = re.compile(rf"^[ \t]*(?:\[{{1,2}}[ \t]*)?(?:{_PART}){{{limits.TOML_DEPTH}}}|[{{,][ \t]*(?:{_BARE_PART}){{{limits.TOML_DEPTH}}}", re.MULTILINE)
 """No two repetitions of blanks stand side by side, since the time would be quadratic in their number."""
 
 _LONG_NUMBER = re.compile(r"\d\w{17}")

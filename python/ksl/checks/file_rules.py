@@ -124,9 +124,7 @@ def element_repeated(robot: RobotFile) -> Iterator[Broken]:
     "unknown-tag",
     "warning",
     condition="Every element is one that readers of URDF know.",
-    cause=(
-        "A spelling mistake, an element in the wrong place, or one of another format. Readers skip it without notice."
-    ),
+    cause=("A spelling mistake, an element in the wrong place, or one of another format. Readers skip it without notice."),
     repair="Correct the name or the place, or remove it.",
     fix="corrects the name where exactly one known element is near and is missing there",
     formats=("urdf",),
@@ -145,22 +143,13 @@ def unknown_tag(robot: RobotFile) -> Iterator[Broken]:
                 continue
             right = strangers.meant(tag, missing)
             if right:
-                yield Broken(
-                    f"<{tag}> in <{element.tag}>",
-                    child.sourceline,
-                    kind,
-                    name,
-                    repair=f"Did you mean <{right}>?",
-                    fix=_renamed(child, right),
-                )
+                yield Broken(f"<{tag}> in <{element.tag}>", child.sourceline, kind, name, repair=f"Did you mean <{right}>?", fix=_renamed(child, right))
             else:
                 places.setdefault((tag, element.tag), []).append((kind, name, child.sourceline))
     for (tag, parent), where in places.items():
         kind, name, line = where[0]
         right_place = next((f"It belongs into <{p}>." for p, others in ELEMENTS.items() if tag in others), None)
-        yield Broken(
-            f"<{tag}> in <{parent}>{_and_more(where)}", line, kind, name, float(len(where)), repair=right_place
-        )
+        yield Broken(f"<{tag}> in <{parent}>{_and_more(where)}", line, kind, name, float(len(where)), repair=right_place)
 
 
 def _and_more(places: list[Place]) -> str:
@@ -215,9 +204,7 @@ def unknown_attribute(robot: RobotFile) -> Iterator[Broken]:
         near = {each: right for each, right in meant.items() if right}
         for each, right in near.items():
             fix = _renamed_attribute(element, each, right)
-            yield Broken(
-                f"{each} of <{element.tag}>", element.sourceline, kind, name, repair=f"Did you mean {right}?", fix=fix
-            )
+            yield Broken(f"{each} of <{element.tag}>", element.sourceline, kind, name, repair=f"Did you mean {right}?", fix=fix)
         others = tuple(sorted(each for each in strange if each not in near))
         if others:
             places.setdefault((element.tag, others), []).append((kind, name, element.sourceline))
@@ -250,12 +237,4 @@ def not_loaded(robot: RobotFile) -> Iterator[Broken]:
         yield Broken(said, line)
 
 
-RULES = [
-    xml_syntax,
-    xml_encoding,
-    xacro_unexpanded,
-    number_unreadable,
-    element_repeated,
-    unknown_tag,
-    unknown_attribute,
-]
+RULES = [xml_syntax, xml_encoding, xacro_unexpanded, number_unreadable, element_repeated, unknown_tag, unknown_attribute]

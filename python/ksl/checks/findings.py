@@ -70,9 +70,7 @@ class Finding:
 class Findings(Sequence[Finding]):
     """The findings of one file, errors first, then by line."""
 
-    def __init__(
-        self, file: str, findings: Sequence[Finding], not_checked: Sequence[str] = (), ignored: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, file: str, findings: Sequence[Finding], not_checked: Sequence[str] = (), ignored: Sequence[str] = ()) -> None:
         self.file = file
         self.not_checked = tuple(not_checked)
         """What no rule looked at in this file, one sentence each."""
@@ -136,9 +134,7 @@ class Findings(Sequence[Finding]):
         types = {"line": pa.int32(), "value": pa.float64(), "fixable": pa.bool_(), "acceptable": pa.bool_()}
         names = [name for name in Finding.__dataclass_fields__ if not name.startswith("_")]
         metadata = {"ksl": json.dumps({"file": self.file, "not_checked": self.not_checked, "ignored": self.ignored})}
-        return pa.Table.from_pylist(
-            columns, pa.schema([(name, types.get(name, text)) for name in names], metadata=metadata)
-        )
+        return pa.Table.from_pylist(columns, pa.schema([(name, types.get(name, text)) for name in names], metadata=metadata))
 
     def as_dict(self) -> dict[str, Any]:
         """What `ksl check --json` prints."""
@@ -155,6 +151,4 @@ class Findings(Sequence[Finding]):
 
     def __repr__(self) -> str:
         name = Path(self.file).name
-        return "\n".join(
-            [f"<{name}: {self.summary}>", *(f"  {str(f).removeprefix(self.file).lstrip(': ')}" for f in self._all)]
-        )
+        return "\n".join([f"<{name}: {self.summary}>", *(f"  {str(f).removeprefix(self.file).lstrip(': ')}" for f in self._all)])

@@ -121,12 +121,7 @@ def about_origin(fit: Fit) -> Array | None:
     length = float(abs(u) @ fit.size)  # of the box, along the line
     uniform = length * length / 12
     along = float(np.trace(I) / 2 - u @ I @ u) / m
-    if (
-        uniform == 0
-        or away < NEAR * length
-        or along < ABOUT_END * uniform
-        or not ORDINARY[0] < (along - away * away) / uniform < ORDINARY[1]
-    ):
+    if uniform == 0 or away < NEAR * length or along < ABOUT_END * uniform or not ORDINARY[0] < (along - away * away) / uniform < ORDINARY[1]:
         return None
     moved = I - m * (c @ c * np.eye(3) - np.outer(c, c))
     if not np.isfinite(moved).all():
@@ -159,10 +154,7 @@ def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
             guess = _set_centroid(fit.inertial, c / 1000) if millimetres and inside and robot.format == "urdf" else None
             out = [i for i in range(3) if not fit.box[0, i] <= c[i] <= fit.box[1, i]]
             middle = fit.box.mean(axis=0)
-            ends = ", ".join(
-                f"{'xyz'[i]} from {shown(middle[i] - fit.size[i] / 2)} to {shown(middle[i] + fit.size[i] / 2)} m"
-                for i in out
-            )
+            ends = ", ".join(f"{'xyz'[i]} from {shown(middle[i] - fit.size[i] / 2)} to {shown(middle[i] + fit.size[i] / 2)} m" for i in out)
             found = f"centroid {' '.join(shown(x) for x in c)} m; the geometry has {ends}"
             yield Broken(found, fit.inertial.line, "link", fit.link.name, away, cause=cause, guess=guess)
 
@@ -191,14 +183,8 @@ def _is_within_its_body(fit: Fit) -> bool:
     "inertia-about-origin",
     "warning",
     condition="Moments are about the centroid: along the line to the origin they are those of a body of this length.",
-    cause=(
-        "The moments are about the link's origin. With m (c² 1 − c cᵀ) subtracted, they are those of a "
-        "body of this size."
-    ),
-    repair=(
-        "Look whether the program that made them takes the origin. If so, subtract m (c² 1 − c cᵀ), c "
-        "being the centroid."
-    ),
+    cause=("The moments are about the link's origin. With m (c² 1 − c cᵀ) subtracted, they are those of a body of this size."),
+    repair=("Look whether the program that made them takes the origin. If so, subtract m (c² 1 − c cᵀ), c being the centroid."),
     accept="subtracts m (c² 1 − c cᵀ) from the moments",
 )
 def inertia_about_origin(robot: RobotFile) -> Iterator[Broken]:
@@ -226,14 +212,7 @@ def _set_moments(inertial: Inertial, moments: Array, how: str) -> Repair:
         assert inertial.element is not None
         own = inertial.rotation.T @ moments @ inertial.rotation  # in the axes of the file's <origin>
         inertia = inertial.element.find("inertia")
-        for name, (i, j) in {
-            "ixx": (0, 0),
-            "ixy": (0, 1),
-            "ixz": (0, 2),
-            "iyy": (1, 1),
-            "iyz": (1, 2),
-            "izz": (2, 2),
-        }.items():
+        for name, (i, j) in {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}.items():
             inertia.set(name, digits(float(own[i, j])))
         return f"moments are now {how}: {_diagonal(own)} kg m²"
 
@@ -259,10 +238,7 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
         half = np.maximum(np.linalg.norm(fit.size) / 2 * (1 + 2 * MARGIN), ROOM)
         ratio = float(np.trace(I) / 2 / mass / half**2)
         gyration = float(np.sqrt(max(np.trace(I) / 2, 0) / mass))
-        found = (
-            f"moments {_diagonal(I)} kg m² and mass {shown(mass)} kg: radius of gyration {shown(gyration)} m, "
-            f"{_of_size(fit.size)}"
-        )
+        found = f"moments {_diagonal(I)} kg m² and mass {shown(mass)} kg: radius of gyration {shown(gyration)} m, {_of_size(fit.size)}"
         if ratio > WRONG_UNITS:
             likely = {unit: factor for factor, unit in FACTORS if LIKELY[0] < ratio / factor < LIKELY[1]}
             cause = f"The moments are in {' or '.join(likely)}." if likely else None
@@ -271,27 +247,16 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
                 ((unit, factor),) = likely.items()
                 guess = _set_moments(fit.inertial, I / factor, f"in kg m², taken as {unit}")
             if np.ptp(np.diag(I)) == 0:
-                cause = "A placeholder: all moments are equal." + (
-                    f" Otherwise they are in {' or '.join(likely)}." if likely else ""
-                )
+                cause = "A placeholder: all moments are equal." + (f" Otherwise they are in {' or '.join(likely)}." if likely else "")
             yield Broken(found, fit.inertial.line, "link", fit.link.name, gyration, cause=cause, guess=guess)
         elif 0 < gyration < float(fit.size.max()) / 300 and fit.size.max() > 0.02:
-            yield Broken(
-                found,
-                fit.inertial.line,
-                "link",
-                fit.link.name,
-                gyration,
-                cause="The moments are too small by a factor of units, or a placeholder.",
-            )
+            yield Broken(found, fit.inertial.line, "link", fit.link.name, gyration, cause="The moments are too small by a factor of units, or a placeholder.")
 
 
 @rule(
     "inertia-too-large",
     "warning",
-    condition=(
-        f"The mass can be distributed within {LOOSE:g} times the room of the geometry so that it has these moments."
-    ),
+    condition=(f"The mass can be distributed within {LOOSE:g} times the room of the geometry so that it has these moments."),
     cause="The moments are of another part, about another point, or a placeholder.",
     repair="Take mass, centroid and moments from the CAD program again.",
 )
@@ -304,10 +269,7 @@ def inertia_too_large(robot: RobotFile) -> Iterator[Broken]:
             continue
         excess = fit.excess(I)
         if excess > LOOSE**2 and about_origin(fit) is None:  # one finding is enough
-            found = (
-                f"moments {_diagonal(I)} kg m² and mass {shown(fit.mass)} kg need "
-                f"{np.sqrt(excess):.3g} times the room of the {_of_size(fit.size)}"
-            )
+            found = f"moments {_diagonal(I)} kg m² and mass {shown(fit.mass)} kg need {np.sqrt(excess):.3g} times the room of the {_of_size(fit.size)}"
             yield Broken(found, fit.inertial.line, "link", fit.link.name, excess)
 
 
@@ -344,10 +306,7 @@ def _cause_outside(fit: Fit) -> str | None:
         mirrored = c.copy()
         mirrored[axis] = -mirrored[axis]
         if (mirrored >= fit.box[0]).all() and (mirrored <= fit.box[1]).all():
-            return (
-                f"The sign of {name} is wrong, or the mesh is mirrored and the centroid is not: with the other "
-                "sign it lies within."
-            )
+            return f"The sign of {name} is wrong, or the mesh is mirrored and the centroid is not: with the other sign it lies within."
     return None
 
 

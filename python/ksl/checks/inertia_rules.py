@@ -56,9 +56,7 @@ def principal_moments(moments: Array) -> Array:
 def mass_negative(robot: RobotFile) -> Iterator[Broken]:
     for link in robot.links:
         if link.inertial and link.inertial.mass is not None and link.inertial.mass < 0:
-            yield Broken(
-                f"mass {shown(link.inertial.mass)} kg", link.inertial.line, "link", link.name, link.inertial.mass
-            )
+            yield Broken(f"mass {shown(link.inertial.mass)} kg", link.inertial.line, "link", link.name, link.inertial.mass)
 
 
 @rule(
@@ -74,12 +72,7 @@ def inertia_without_mass(robot: RobotFile) -> Iterator[Broken]:
         inertial = link.inertial
         if inertial and inertial.mass == 0 and inertial.moments is not None and inertial.moments.any():
             yield Broken(
-                f"mass 0, largest moment {shown(float(abs(inertial.moments).max()))} kg m²",
-                inertial.line,
-                "link",
-                link.name,
-                0.0,
-                severity=beside(robot, link),
+                f"mass 0, largest moment {shown(float(abs(inertial.moments).max()))} kg m²", inertial.line, "link", link.name, 0.0, severity=beside(robot, link)
             )
 
 
@@ -87,15 +80,9 @@ def inertia_without_mass(robot: RobotFile) -> Iterator[Broken]:
     "inertia-not-positive",
     "error",
     condition="The inertia matrix about the centroid has no negative principal moment.",
-    cause=(
-        "Off-diagonal elements too large or with a wrong sign, elements in a wrong order (ixx ixy ixz "
-        "iyy iyz izz), or a matrix about another point."
-    ),
+    cause=("Off-diagonal elements too large or with a wrong sign, elements in a wrong order (ixx ixy ixz iyy iyz izz), or a matrix about another point."),
     repair="Take the matrix about the centroid from the CAD program again.",
-    fix=(
-        "takes the nearest matrix that a body can have, where the moment is negative by less than "
-        f"{MENDABLE:.0%} of the largest"
-    ),
+    fix=(f"takes the nearest matrix that a body can have, where the moment is negative by less than {MENDABLE:.0%} of the largest"),
 )
 def inertia_not_positive(robot: RobotFile) -> Iterator[Broken]:
     for link in robot.links:
@@ -115,9 +102,7 @@ def inertia_not_positive(robot: RobotFile) -> Iterator[Broken]:
     condition="No principal moment about the centroid exceeds the sum of the other two.",
     cause="Moments estimated or typed one by one, or given about another point than the centroid.",
     repair="Take the matrix about the centroid from the CAD program again.",
-    fix=(
-        f"takes the nearest matrix that a body can have, where the excess is below {MENDABLE:.0%} of the largest moment"
-    ),
+    fix=(f"takes the nearest matrix that a body can have, where the excess is below {MENDABLE:.0%} of the largest moment"),
 )
 def inertia_triangle(robot: RobotFile) -> Iterator[Broken]:
     for link in robot.links:
@@ -128,24 +113,12 @@ def inertia_triangle(robot: RobotFile) -> Iterator[Broken]:
         excess = high - middle - low
         if low < -TOLERANCE * high - SMALL * link.mass or excess <= TOLERANCE * high + SMALL * link.mass:
             continue
-        found = (
-            f"principal moments {shown(high)}, {shown(middle)}, {shown(low)} kg m²: the largest exceeds the "
-            f"sum of the others by {shown(excess)}"
-        )
+        found = f"principal moments {shown(high)}, {shown(middle)}, {shown(low)} kg m²: the largest exceeds the sum of the others by {shown(excess)}"
         fix = _nearest(inertial) if excess < MENDABLE * high and robot.format == "urdf" else None
         # a thin plate has exactly the sum: the last digit of the file decides on which side it is
         rounded = excess <= min(1.5 * inertial.rounding, 0.01 * high)
         cause = "Rounding: the printed digits of a flat part." if rounded else None
-        yield Broken(
-            found,
-            inertial.line,
-            "link",
-            link.name,
-            excess,
-            cause=cause,
-            severity="warning" if rounded else beside(robot, link),
-            fix=fix,
-        )
+        yield Broken(found, inertial.line, "link", link.name, excess, cause=cause, severity="warning" if rounded else beside(robot, link), fix=fix)
 
 
 def _nearest(inertial: Inertial) -> Repair:
@@ -178,11 +151,7 @@ def _nearest(inertial: Inertial) -> Repair:
 def inertia_zero(robot: RobotFile) -> Iterator[Broken]:
     for body in robot.bodies.values():
         heavy = [(link, inertial) for link in body if (inertial := usable(link))]
-        if (
-            not heavy
-            or not _is_moved(robot, body[0].name)
-            or any(link.largest_moment > SMALL * link.mass for link, _ in heavy)
-        ):
+        if not heavy or not _is_moved(robot, body[0].name) or any(link.largest_moment > SMALL * link.mass for link, _ in heavy):
             continue
         link, inertial = max(heavy, key=lambda each: each[0].mass)
         yield Broken(f"mass {shown(link.mass)} kg, all moments 0", inertial.line, "link", link.name, 0.0)
@@ -226,11 +195,7 @@ def placeholders(robot: RobotFile) -> list[list[Link]]:
         if inertial is None or inertial.moments is None or not robot.matters(link) or _has_equal_moments(link) or link.name in told:
             continue
         I = inertial.moments
-        if (
-            I[0, 0] == I[1, 1] == I[2, 2] > 0
-            and not (I - np.diag(np.diag(I))).any()
-            and _is_power_of_ten(float(I[0, 0]))
-        ):
+        if I[0, 0] == I[1, 1] == I[2, 2] > 0 and not (I - np.diag(np.diag(I))).any() and _is_power_of_ten(float(I[0, 0])):
             same[link.mass, float(I[0, 0])].append(link)
     return constant + [links for (mass, moment), links in same.items() if len(links) >= COPIES or mass == 1 or moment >= 0.1]
 
@@ -267,28 +232,12 @@ def massless_end(robot: RobotFile) -> Iterator[Broken]:
     if not any(link.mass or link.mass_unreadable for link in robot.links):
         moving = [joint for joint in robot.joints if joint.moves]
         if moving:
-            yield Broken(
-                "no link of the file has a mass",
-                None,
-                value=0.0,
-                repair="Give the links masses. For kinematics alone the file can be used as it is.",
-            )
+            yield Broken("no link of the file has a mass", None, value=0.0, repair="Give the links masses. For kinematics alone the file can be used as it is.")
         return
     for joint in robot.joints:
         # a joint above it that moves nothing heavy either has the same finding
-        if (
-            joint.moves
-            and not joint.mimic
-            and robot.moves_mass.get(joint.child) is False
-            and robot.moves_mass.get(joint.parent, True)
-        ):
-            yield Broken(
-                f"joint {joint.name} moves no mass: forward dynamics can't be computed",
-                robot.link_of[joint.child].line,
-                "link",
-                joint.child,
-                0.0,
-            )
+        if joint.moves and not joint.mimic and robot.moves_mass.get(joint.child) is False and robot.moves_mass.get(joint.parent, True):
+            yield Broken(f"joint {joint.name} moves no mass: forward dynamics can't be computed", robot.link_of[joint.child].line, "link", joint.child, 0.0)
 
 
 @rule(
@@ -326,10 +275,7 @@ def inertial_default(robot: RobotFile) -> Iterator[Broken]:
     "root-inertial",
     "warning",
     condition="The root link of a URDF file has no mass.",
-    cause=(
-        "The robot has no link for the place that it stands on. KDL, and ROS tools that use it, ignore "
-        "the inertia of the root."
-    ),
+    cause=("The robot has no link for the place that it stands on. KDL, and ROS tools that use it, ignore the inertia of the root."),
     repair="Add a root link without <inertial>, and join this one to it by a fixed joint.",
     accept="adds the link ROOT_mount and the fixed joint ROOT_mount_joint",
     formats=("urdf",),
@@ -339,14 +285,7 @@ def root_inertial(robot: RobotFile) -> Iterator[Broken]:
     for root in robot.roots[:1]:
         if root.mass > 0 and robot.joints:
             assert root.inertial
-            yield Broken(
-                f"the root link has a mass of {shown(root.mass)} kg",
-                root.inertial.line,
-                "link",
-                root.name,
-                root.mass,
-                guess=_mounted(robot, root),
-            )
+            yield Broken(f"the root link has a mass of {shown(root.mass)} kg", root.inertial.line, "link", root.name, root.mass, guess=_mounted(robot, root))
 
 
 def _mounted(robot: RobotFile, root: Link) -> Repair:

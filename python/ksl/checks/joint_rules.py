@@ -52,9 +52,7 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
             unit = " ".join(digits(x) for x in shape / np.linalg.norm(shape))
             given = " ".join(shown(x) for x in joint.axis)
             fix = set_attribute(joint.axis_element, "xyz", unit) if robot.format == "urdf" else None
-            yield Broken(
-                f"axis {given} has the length {length:.6g}", joint.axis_line, "joint", joint.name, length, fix=fix
-            )
+            yield Broken(f"axis {given} has the length {length:.6g}", joint.axis_line, "joint", joint.name, length, fix=fix)
 
 
 @rule(
@@ -69,12 +67,7 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
 )
 def axis_missing(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
-        if (
-            joint.kind in WITH_AXIS
-            and joint.axis_element is None
-            and joint.element is not None
-            and joint.element.tag == "joint"
-        ):
+        if joint.kind in WITH_AXIS and joint.axis_element is None and joint.element is not None and joint.element.tag == "joint":
             yield Broken(f"{joint.kind} joint without <axis>", joint.line, "joint", joint.name, fix=_with_axis(joint))
 
 
@@ -157,25 +150,12 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
             name = joint.mimic.leader
             same = robot.joint_names.same(name)
             prefixed = _with_prefix(robot, joint.name, name)
-            fix = (
-                set_attribute(joint.mimic.element, "joint", same[0])
-                if len(same) == 1 and robot.format == "urdf"
-                else None
-            )
-            guess = (
-                set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
-            )
+            fix = set_attribute(joint.mimic.element, "joint", same[0]) if len(same) == 1 and robot.format == "urdf" else None
+            guess = set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
             repair = f"Did you mean {prefixed}?" if prefixed else robot.joint_names.suggest(name)
             found = f'it mimics joint "{name}", which does not exist'
             yield Broken(
-                found,
-                joint.mimic.line,
-                "joint",
-                joint.name,
-                repair=repair,
-                cause="A prefix was left out." if prefixed else None,
-                fix=fix,
-                guess=guess,
+                found, joint.mimic.line, "joint", joint.name, repair=repair, cause="A prefix was left out." if prefixed else None, fix=fix, guess=guess
             )
 
 
@@ -202,13 +182,9 @@ def mimic_kind(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         leader = robot.joint_of.get(joint.mimic.leader) if joint.mimic else None
         if joint.mimic and joint.kind not in ("", "fixed", *ONE_COORDINATE):
-            yield Broken(
-                f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name
-            )
+            yield Broken(f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name)
         elif joint.mimic and joint.kind != "fixed" and leader and leader.kind and leader.kind not in ONE_COORDINATE:
-            yield Broken(
-                f"it mimics joint {leader.name}, which is {leader.kind}", joint.mimic.line, "joint", joint.name
-            )
+            yield Broken(f"it mimics joint {leader.name}, which is {leader.kind}", joint.mimic.line, "joint", joint.name)
 
 
 @rule(
@@ -225,14 +201,7 @@ def mimic_fixed(robot: RobotFile) -> Iterator[Broken]:
     for joint in fixed[:1]:
         assert joint.mimic
         more = f", and so do {len(fixed) - 1} more fixed joints" if len(fixed) > 1 else ""
-        yield Broken(
-            f"it mimics joint {joint.mimic.leader}{more}",
-            joint.mimic.line,
-            "joint",
-            joint.name,
-            float(len(fixed)),
-            fix=_without_mimic(fixed),
-        )
+        yield Broken(f"it mimics joint {joint.mimic.leader}{more}", joint.mimic.line, "joint", joint.name, float(len(fixed)), fix=_without_mimic(fixed))
 
 
 def _without_mimic(joints: list[Joint]) -> Repair:
@@ -298,14 +267,7 @@ def mimic_chain(robot: RobotFile) -> Iterator[Broken]:
             at = _followed(robot, at)
         names = _arrows([*first, lead.name], count - 1)
         repair = f"Name {direct.leader} with the multiplier {shown(multiplier)} and the offset {shown(offset)}."
-        yield Broken(
-            f"it mimics {names}",
-            joint.mimic.line,
-            "joint",
-            joint.name,
-            repair=repair,
-            fix=_direct(direct) if robot.format == "urdf" else None,
-        )
+        yield Broken(f"it mimics {names}", joint.mimic.line, "joint", joint.name, repair=repair, fix=_direct(direct) if robot.format == "urdf" else None)
 
 
 def _direct(mimic: Mimic) -> Repair:
@@ -313,16 +275,9 @@ def _direct(mimic: Mimic) -> Repair:
         element = mimic.element
         assert element is not None
         old = element.get("joint")
-        for name, value in (
-            ("joint", mimic.leader),
-            ("multiplier", digits(mimic.multiplier)),
-            ("offset", digits(mimic.offset)),
-        ):
+        for name, value in (("joint", mimic.leader), ("multiplier", digits(mimic.multiplier)), ("offset", digits(mimic.offset))):
             element.set(name, value)
-        return (
-            f"<mimic> named {old}; now {mimic.leader}, multiplier {shown(mimic.multiplier)}, offset "
-            f"{shown(mimic.offset)}"
-        )
+        return f"<mimic> named {old}; now {mimic.leader}, multiplier {shown(mimic.multiplier)}, offset {shown(mimic.offset)}"
 
     return change
 
@@ -356,7 +311,12 @@ def transmission_unused(robot: RobotFile) -> Iterator[Broken]:
         loops = () if robot.model is None else robot.model.loop_names
         for joint in joints:
             if joint.get("name") in loops:
-                yield Broken(f'transmission "{name}" is of joint "{joint.get("name")}", which closes a loop, and so is no drive', line_of(joint), cause=CLOSES, repair=CUT_ELSEWHERE)
+                yield Broken(
+                    f'transmission "{name}" is of joint "{joint.get("name")}", which closes a loop, and so is no drive',
+                    line_of(joint),
+                    cause=CLOSES,
+                    repair=CUT_ELSEWHERE,
+                )
             elif joint.get("name") not in robot.joint_of:
                 yield Broken(f'transmission "{name}" is of joint "{joint.get("name")}", which does not exist', line_of(joint))
         for given in each.iter("mechanicalReduction", "motorInertia"):
@@ -367,15 +327,4 @@ def transmission_unused(robot: RobotFile) -> Iterator[Broken]:
                 yield Broken(f'<{given.tag}> of transmission "{name}" is "{text[:60]}", expected {expected}', line_of(given))
 
 
-RULES = [
-    axis_zero,
-    axis_not_unit,
-    axis_missing,
-    mimic_unknown,
-    mimic_kind,
-    mimic_fixed,
-    mimic_loop,
-    mimic_chain,
-    dynamics_negative,
-    transmission_unused,
-]
+RULES = [axis_zero, axis_not_unit, axis_missing, mimic_unknown, mimic_kind, mimic_fixed, mimic_loop, mimic_chain, dynamics_negative, transmission_unused]

@@ -58,14 +58,7 @@ def limit_reversed(robot: RobotFile) -> Iterator[Broken]:
         lower, upper = joint.lower or 0.0, joint.upper or 0.0
         if joint.kind in BOUNDED and lower > upper:
             fix = _exchanged(joint) if robot.format == "urdf" else None
-            yield Broken(
-                f"lower {shown(lower)}, upper {shown(upper)} {_unit(joint)}",
-                joint.limit_line,
-                "joint",
-                joint.name,
-                lower - upper,
-                fix=fix,
-            )
+            yield Broken(f"lower {shown(lower)}, upper {shown(upper)} {_unit(joint)}", joint.limit_line, "joint", joint.name, lower - upper, fix=fix)
 
 
 def _exchanged(joint: Joint) -> Repair:
@@ -90,16 +83,9 @@ def _exchanged(joint: Joint) -> Repair:
 def limit_zero(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         lower, upper = joint.lower or 0.0, joint.upper or 0.0
-        if (
-            joint.kind in BOUNDED
-            and joint.limit_line
-            and lower == upper
-            and not (robot.format != "urdf" and joint.lower is None)
-        ):
+        if joint.kind in BOUNDED and joint.limit_line and lower == upper and not (robot.format != "urdf" and joint.lower is None):
             given = (
-                "neither lower nor upper is given"
-                if joint.lower is None and joint.upper is None
-                else f"lower and upper are both {shown(lower)} {_unit(joint)}"
+                "neither lower nor upper is given" if joint.lower is None and joint.upper is None else f"lower and upper are both {shown(lower)} {_unit(joint)}"
             )
             yield Broken(given, joint.limit_line, "joint", joint.name, lower)
 
@@ -107,10 +93,7 @@ def limit_zero(robot: RobotFile) -> Iterator[Broken]:
 @rule(
     "limit-units",
     "warning",
-    condition=(
-        f"Limits are in rad and m: angles within {WIDEST / math.pi:g} π, travels within {LONGEST:g} m, or "
-        f"no bounds (beyond {UNLIMITED:g})."
-    ),
+    condition=(f"Limits are in rad and m: angles within {WIDEST / math.pi:g} π, travels within {LONGEST:g} m, or no bounds (beyond {UNLIMITED:g})."),
     cause="Degrees or millimetres. URDF has rad and m.",
     repair="Multiply degrees by π/180 and millimetres by 0.001.",
     accept="multiplies lower and upper by π/180 or 0.001",
@@ -123,20 +106,8 @@ def limit_units(robot: RobotFile) -> Iterator[Broken]:
         degrees = _unit(joint) == "rad"
         if (WIDEST if degrees else LONGEST) * 1.001 < largest < UNLIMITED:
             found = f"lower {shown(joint.lower or 0.0)}, upper {shown(joint.upper or 0.0)} {_unit(joint)}"
-            cause = (
-                f"Degrees: {shown(math.radians(largest))} rad is likely meant for {shown(largest)}."
-                if degrees
-                else "Millimetres."
-            )
-            yield Broken(
-                found,
-                joint.limit_line,
-                "joint",
-                joint.name,
-                largest,
-                cause=cause,
-                guess=_scaled(joint, degrees) if robot.format == "urdf" else None,
-            )
+            cause = f"Degrees: {shown(math.radians(largest))} rad is likely meant for {shown(largest)}." if degrees else "Millimetres."
+            yield Broken(found, joint.limit_line, "joint", joint.name, largest, cause=cause, guess=_scaled(joint, degrees) if robot.format == "urdf" else None)
 
 
 def _scaled(joint: Joint, degrees: bool) -> Repair:
@@ -145,10 +116,7 @@ def _scaled(joint: Joint, degrees: bool) -> Repair:
         for what, value in (("lower", joint.lower), ("upper", joint.upper)):
             if value is not None:
                 joint.limit_element.set(what, digits(math.radians(value) if degrees else value / 1000))
-        return (
-            f"lower and upper of <limit> are now {joint.limit_element.get('lower')} and "
-            f"{joint.limit_element.get('upper')} {_unit(joint)}"
-        )
+        return f"lower and upper of <limit> are now {joint.limit_element.get('lower')} and {joint.limit_element.get('upper')} {_unit(joint)}"
 
     return change
 
@@ -157,10 +125,7 @@ def _scaled(joint: Joint, degrees: bool) -> Repair:
     "effort-zero",
     "warning",
     condition="The effort limit of a joint is above zero.",
-    cause=(
-        "Not known, and 0 was written. KSL takes 0 as not given; simulators and controllers then hold "
-        "the joint without force."
-    ),
+    cause=("Not known, and 0 was written. KSL takes 0 as not given; simulators and controllers then hold the joint without force."),
     repair="Give the peak torque (N m) or force (N) of the drive.",
 )
 def effort_zero(robot: RobotFile) -> Iterator[Broken]:

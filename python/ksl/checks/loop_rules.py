@@ -49,15 +49,21 @@ def loop_frames(robot: RobotFile) -> Iterator[Broken]:
         return
     for loop in loops.model.loops:
         if loop.turned or loop.moved:
-            found = f"its frames were off by {_angle(loop.turned)} and {loop.moved:.3g} m, and have been made exact: the loop closes only where they fit exactly"
+            found = (
+                f"its frames were off by {_angle(loop.turned)} and {loop.moved:.3g} m, and have been made exact: the loop closes only where they fit exactly"
+            )
             cause = f"{FEW_DIGITS} Or lengths of few digits."
-            yield Broken(found, _line(robot, loop.name), "joint", loop.name, loop.turned or loop.moved, cause, "Give angles and lengths with all digits.", "note")
+            yield Broken(
+                found, _line(robot, loop.name), "joint", loop.name, loop.turned or loop.moved, cause, "Give angles and lengths with all digits.", "note"
+            )
     if loops.failed is None:
         return  # the joints turn the axes into each other
     for loop, angle in _apart(loops):
         rounded = f"{FEW_DIGITS} The loop closes only where its axes are parallel exactly." if angle < ROUNDED else None
         repair = "Give the angles with all digits, or use a kind of joint that has no axis there: spherical." if angle < ROUNDED else None
-        yield Broken(f"the axes of both sides are {_angle(angle)} apart at the zero position", _line(robot, loop.name), "joint", loop.name, angle, rounded, repair)
+        yield Broken(
+            f"the axes of both sides are {_angle(angle)} apart at the zero position", _line(robot, loop.name), "joint", loop.name, angle, rounded, repair
+        )
 
 
 def _apart(loops: LoopPositions) -> list[tuple[Loop, float]]:
@@ -82,7 +88,9 @@ def loop_open(robot: RobotFile) -> Iterator[Broken]:
             continue
         found = f"open by {at_zero:.3g} m at the zero position; the search for a closed one ends with {left:.3g} m ({loops.failed.reason})"
         few = left < ROUNDED * loops.length
-        cause = "Numbers of few digits: the loops have more equations than the motion needs, and close only where the dimensions agree exactly." if few else None
+        cause = (
+            "Numbers of few digits: the loops have more equations than the motion needs, and close only where the dimensions agree exactly." if few else None
+        )
         repair = f"Give the numbers with all digits, or make {loop.name} a joint of a kind with fewer equations, a spherical one for example." if few else None
         yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(left), cause, repair)
 
@@ -108,7 +116,11 @@ def loop_open_at_zero(robot: RobotFile) -> Iterator[Broken]:
     cause = "Numbers of few digits. KSL closes the loops from there." if loops.open_by[worst] < ROUNDED * loops.length else None
     yield Broken(
         f"open by {loops.open_by[worst]:.3g} m at zero; {where} has {joint.name} {most:.3g} {unit} from there",
-        _line(robot, loop.name), "joint", loop.name, float(loops.open_by[worst]), cause,
+        _line(robot, loop.name),
+        "joint",
+        loop.name,
+        float(loops.open_by[worst]),
+        cause,
     )
 
 
@@ -134,7 +146,9 @@ def loop_redundant(robot: RobotFile) -> Iterator[Broken]:
         planar = is_across_a_plane(group.patterns, axes) and turn_about_one_direction(group.joints, axes)
         if planar:
             cause, repair = PLANAR, f"Nothing, unless reactions across the plane are needed. Then: {repair or 'Give stiffnesses.'}"
-        yield Broken(_redundant(group, rows), _line(robot, loop.name), "joint", loop.name, float(len(group.patterns)), cause, repair, "note" if planar else "warning")
+        yield Broken(
+            _redundant(group, rows), _line(robot, loop.name), "joint", loop.name, float(len(group.patterns)), cause, repair, "note" if planar else "warning"
+        )
 
 
 def _redundant(group: Group, rows: Mapping[str, int]) -> str:
@@ -198,7 +212,13 @@ def loop_rigid(robot: RobotFile) -> Iterator[Broken]:
         return
     loop = loops.model.loops[0]
     rows = sum(each.equations for each in loops.model.loops)
-    yield Broken(f"{loops.model.nv} coordinates, {loops.freedoms.rank} independent equations of {rows}: no freedom is left", _line(robot, loop.name), "joint", loop.name, 0.0)
+    yield Broken(
+        f"{loops.model.nv} coordinates, {loops.freedoms.rank} independent equations of {rows}: no freedom is left",
+        _line(robot, loop.name),
+        "joint",
+        loop.name,
+        0.0,
+    )
 
 
 @rule(

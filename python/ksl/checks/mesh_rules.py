@@ -13,14 +13,7 @@ from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, set_attribute, shown
 from ksl.checks.robot import Link, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
-from ksl.robot_files.mesh_files import (
-    find_mesh,
-    mesh_fault,
-    package_folders,
-    package_of,
-    path_of_uri,
-    same_but_for_capitals,
-)
+from ksl.robot_files.mesh_files import find_mesh, mesh_fault, package_folders, package_of, path_of_uri, same_but_for_capitals
 
 LARGEST = 50.0
 """m: the largest robot arms and cranes are smaller; a part of 0.1 m drawn in mm has 100."""
@@ -49,15 +42,7 @@ def mesh_uri(robot: RobotFile) -> Iterator[Broken]:
     for link, shape in wrong[:1]:
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
         fix = _all_corrected([shape for _, shape in wrong]) if robot.format == "urdf" else None
-        yield Broken(
-            f"{shape.uri}{more}",
-            shape.line,
-            "link",
-            link.name,
-            float(len(wrong)),
-            repair=f"Write {_corrected(shape.uri)}.",
-            fix=fix,
-        )
+        yield Broken(f"{shape.uri}{more}", shape.line, "link", link.name, float(len(wrong)), repair=f"Write {_corrected(shape.uri)}.", fix=fix)
 
 
 def _corrected(uri: str) -> str:
@@ -72,10 +57,7 @@ def _all_corrected(shapes: list[Shape]) -> Repair:
         for shape in shapes:
             if shape.element is not None:
                 shape.element.set("filename", _corrected(shape.uri))
-        return (
-            f"{len(shapes)} name{'s' if len(shapes) > 1 else ''} of meshes corrected: {shapes[0].uri} is now "
-            f"{_corrected(shapes[0].uri)}"
-        )
+        return f"{len(shapes)} name{'s' if len(shapes) > 1 else ''} of meshes corrected: {shapes[0].uri} is now {_corrected(shapes[0].uri)}"
 
     return change
 
@@ -116,9 +98,7 @@ def package_missing(robot: RobotFile) -> Iterator[Broken]:
     for package, (link, shape) in first.items():
         if not _package_is_found(robot, package, meshes[package]):
             n = len(meshes[package])
-            found = (
-                f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
-            )
+            found = f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
             yield Broken(found, shape.line, "link", link.name)
 
 

@@ -44,9 +44,7 @@ def name_duplicate(robot: RobotFile) -> Iterator[Broken]:
         first: dict[str, int | None] = {}
         for each in all_of_them:
             if each.name in first and each.name.strip():
-                yield Broken(
-                    f"a second {kind} of this name, the first is in line {first[each.name]}", each.line, kind, each.name
-                )
+                yield Broken(f"a second {kind} of this name, the first is in line {first[each.name]}", each.line, kind, each.name)
             first.setdefault(each.name, each.line)
 
 

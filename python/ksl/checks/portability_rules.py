@@ -97,7 +97,12 @@ def _separated_by_other_than_blanks(robot: RobotFile) -> Iterator[Broken]:
     if found:
         tag, name, line = found[0]
         more = f", and {len(found) - 1} more" if len(found) > 1 else ""
-        yield Broken(f"a tab or line end between the numbers in {name} of <{tag}>{more}", line, value=float(len(found)), fix=partial(str, "blanks are between all numbers"))
+        yield Broken(
+            f"a tab or line end between the numbers in {name} of <{tag}>{more}",
+            line,
+            value=float(len(found)),
+            fix=partial(str, "blanks are between all numbers"),
+        )
 
 
 RULES = [portability]

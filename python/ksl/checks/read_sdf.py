@@ -23,10 +23,7 @@ def read_sdf(robot: RobotFile) -> None:
     """Fills in links and joints of the model that is asked for, or of all models of the file, from `robot.root`."""
     root = robot.root
     assert root is not None
-    models = [
-        *children(root, "model"),
-        *(model for world in children(root, "world") for model in children(world, "model")),
-    ]
+    models = [*children(root, "model"), *(model for world in children(root, "world") for model in children(world, "model"))]
     wanted = robot.reading.get("model")
     models = [model for model in models if model.get("name") == wanted] or models  # a name that isn't there is refused by the loader
     for model in models:
@@ -96,9 +93,7 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
         xy, yz, xz = (_one(given[name], 0.0) for name in MOMENTS[3:])
         moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rounding = sum(half_unit(inertia.findtext(name, "")) for name in MOMENTS[:3])
-    return Inertial(
-        line_of(element), element, 1.0 if mass is None else float(mass[0]), centroid, rotation, moments, rounding
-    )
+    return Inertial(line_of(element), element, 1.0 if mass is None else float(mass[0]), centroid, rotation, moments, rounding)
 
 
 def _one(value: Array | None, otherwise: float) -> float:
@@ -125,17 +120,7 @@ def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, ro
         note_sizes(robot, numbers.name, role, shape, sizes, {name: shape.find(name) is not None for name in names})
     if shape.tag == "mesh":
         scale = numbers.text(shape, "scale", 3)
-        return Shape(
-            line,
-            shape,
-            role,
-            "mesh",
-            np.zeros(3),
-            rotation,
-            translation,
-            shape.findtext("uri", "").strip(),
-            np.ones(3) if scale is None else scale,
-        )
+        return Shape(line, shape, role, "mesh", np.zeros(3), rotation, translation, shape.findtext("uri", "").strip(), np.ones(3) if scale is None else scale)
     radius, length = numbers.text(shape, "radius"), numbers.text(shape, "length")
     size = numbers.text(shape, "size", 3) if shape.tag == "box" else None
     if size is not None:
@@ -144,9 +129,7 @@ def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, ro
         return Shape(line, shape, role, "sphere", np.full(3, abs(radius[0])), rotation, translation)
     if shape.tag in ("cylinder", "capsule") and radius is not None and length is not None:
         end = abs(length[0]) / 2 + (abs(radius[0]) if shape.tag == "capsule" else 0)
-        return Shape(
-            line, shape, role, "cylinder", np.array([abs(radius[0]), abs(radius[0]), end]), rotation, translation
-        )
+        return Shape(line, shape, role, "cylinder", np.array([abs(radius[0]), abs(radius[0]), end]), rotation, translation)
     return None
 
 
@@ -171,21 +154,9 @@ def _joint(robot: RobotFile, element: _Element, scope: str) -> Joint:
         return None if value is None else float(value[0])
 
     joint.limit_line, joint.limit_element = line_of(limit), limit
-    joint.lower, joint.upper, joint.effort, joint.velocity = (
-        number(limit, tag) for tag in ("lower", "upper", "effort", "velocity")
-    )
-    joint.damping, joint.friction, joint.dynamics_line = (
-        number(dynamics, "damping"),
-        number(dynamics, "friction"),
-        line_of(dynamics),
-    )
+    joint.lower, joint.upper, joint.effort, joint.velocity = (number(limit, tag) for tag in ("lower", "upper", "effort", "velocity"))
+    joint.damping, joint.friction, joint.dynamics_line = (number(dynamics, "damping"), number(dynamics, "friction"), line_of(dynamics))
     if mimic is not None:
         multiplier, offset = number(mimic, "multiplier"), number(mimic, "offset")
-        joint.mimic = Mimic(
-            line_of(mimic),
-            mimic,
-            scope + mimic.get("joint", ""),
-            1.0 if multiplier is None else multiplier,
-            offset or 0.0,
-        )
+        joint.mimic = Mimic(line_of(mimic), mimic, scope + mimic.get("joint", ""), 1.0 if multiplier is None else multiplier, offset or 0.0)
     return joint

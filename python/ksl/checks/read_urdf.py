@@ -40,9 +40,7 @@ def _once(robot: RobotFile, parent: _Element, kind: Kind, name: str, tags: tuple
     for tag in tags:
         found = children(parent, tag)
         if len(found) > 1:
-            robot.repeated.append(
-                Note(line_of(found[1]), f"<{tag}> stands {len(found)} times in <{parent.tag}>", kind, name)
-            )
+            robot.repeated.append(Note(line_of(found[1]), f"<{tag}> stands {len(found)} times in <{parent.tag}>", kind, name))
 
 
 def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
@@ -50,11 +48,7 @@ def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
     origin = parent.find("origin")
     t, rpy = numbers.vector(origin, "xyz"), numbers.vector(origin, "rpy")
     rotation = np.eye(3) if rpy is None or not rpy.any() else rotation_of(rpy)
-    quaternion = (
-        None
-        if origin is None or origin.get("quat_xyzw") is None
-        else numbers.several(origin.get("quat_xyzw"), 4, line_of(origin), "quat_xyzw")
-    )
+    quaternion = None if origin is None or origin.get("quat_xyzw") is None else numbers.several(origin.get("quat_xyzw"), 4, line_of(origin), "quat_xyzw")
     if quaternion is not None:
         rotation = rotation_of_quaternion(quaternion)
     return rotation, np.zeros(3) if t is None else t
@@ -81,10 +75,7 @@ def _link(robot: RobotFile, element: _Element) -> Link:
 def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     mass, inertia = element.find("mass"), element.find("inertia")
     rotation, centroid = _origin(numbers, element)
-    for child, tag, mend in (
-        (mass, "mass", '<mass value="1.5"/> for example'),
-        (inertia, "inertia", '<inertia ixx="..." .../>'),
-    ):
+    for child, tag, mend in ((mass, "mass", '<mass value="1.5"/> for example'), (inertia, "inertia", '<inertia ixx="..." .../>')):
         if child is None:
             numbers.note(line_of(element), f"<inertial> has no <{tag}>, expected {mend}")
     if mass is not None and mass.get("value") is None:
@@ -93,9 +84,7 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     if inertia is not None:
         absent = [name for name in MOMENTS if inertia.get(name) is None]
         if absent:
-            numbers.note(
-                line_of(inertia), f"<inertia> has no {', '.join(absent)}, expected all of ixx, ixy, ixz, iyy, iyz, izz"
-            )
+            numbers.note(line_of(inertia), f"<inertia> has no {', '.join(absent)}, expected all of ixx, ixy, ixz, iyy, iyz, izz")
         values = [numbers.attribute(inertia, name) for name in MOMENTS]
         if not absent and None not in values:
             xx, yy, zz, xy, yz, xz = values
@@ -127,17 +116,7 @@ def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, ro
     if shape.tag == "mesh":
         scale = numbers.vector(shape, "scale")
         note(scale=scale)
-        return Shape(
-            line,
-            shape,
-            role,
-            "mesh",
-            np.zeros(3),
-            rotation,
-            translation,
-            shape.get("filename", ""),
-            np.ones(3) if scale is None else scale,
-        )
+        return Shape(line, shape, role, "mesh", np.zeros(3), rotation, translation, shape.get("filename", ""), np.ones(3) if scale is None else scale)
     if shape.tag == "box":
         size = numbers.vector(shape, "size")
         note(size=size)
@@ -168,9 +147,7 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
         joint.axis, joint.axis_line, joint.axis_element = numbers.vector(axis, "xyz"), line_of(axis), axis
     if limit is not None:
         joint.limit_line, joint.limit_element = line_of(limit), limit
-        joint.lower, joint.upper, joint.effort, joint.velocity = (
-            numbers.attribute(limit, k) for k in ("lower", "upper", "effort", "velocity")
-        )
+        joint.lower, joint.upper, joint.effort, joint.velocity = (numbers.attribute(limit, k) for k in ("lower", "upper", "effort", "velocity"))
     if dynamics is not None:
         joint.dynamics_line = line_of(dynamics)
         joint.damping, joint.friction = (numbers.attribute(dynamics, k) for k in ("damping", "friction"))
@@ -178,7 +155,5 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
     mimic = element.find("mimic")
     if mimic is not None:
         factor, offset = (numbers.attribute(mimic, k) for k in ("multiplier", "offset"))
-        joint.mimic = Mimic(
-            line_of(mimic), mimic, mimic.get("joint", ""), 1.0 if factor is None else factor, offset or 0.0
-        )
+        joint.mimic = Mimic(line_of(mimic), mimic, mimic.get("joint", ""), 1.0 if factor is None else factor, offset or 0.0)
     return joint

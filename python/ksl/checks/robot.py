@@ -107,9 +107,7 @@ class Link:
     @property
     def largest_moment(self) -> float:
         """Largest element of the inertia matrix, kg m²; 0 where it is not known."""
-        return (
-            0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
-        )
+        return 0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
 
 
 @dataclass
@@ -305,7 +303,9 @@ class RobotFile:
             return None
         size = max(self.model.nv, sum(loop.equations for loop in self.model.loops))
         if size > MOST or not self.model.nv:
-            self.not_checked.append(f"whether loops close, and what is redundant: {size} equations or coordinates are more than {MOST}" if size > MOST else "loops of welded links")
+            self.not_checked.append(
+                f"whether loops close, and what is redundant: {size} equations or coordinates are more than {MOST}" if size > MOST else "loops of welded links"
+            )
             return None
         return LoopPositions(self.model)
 
@@ -341,11 +341,7 @@ class RobotFile:
         """{link: whether it, or what it carries, has a mass}, of links that are reached from a root.  A mass that
         can't be read is one."""
         order = [name for root in self.roots for name in self.subtree(root.name)]
-        heavy = {
-            name: self.link_of[name].mass != 0 or self.link_of[name].mass_unreadable
-            for name in order
-            if name in self.link_of
-        }
+        heavy = {name: self.link_of[name].mass != 0 or self.link_of[name].mass_unreadable for name in order if name in self.link_of}
         for name in reversed(order):  # every link comes after the one that carries it
             above = self.joint_above.get(name)
             if above is not None and above.parent in heavy:
@@ -372,7 +368,4 @@ class RobotFile:
 
     @cached_property
     def _largest_of_bodies(self) -> dict[str, tuple[float, float]]:
-        return {
-            name: (max(link.mass for link in body), max(link.largest_moment for link in body))
-            for name, body in self.bodies.items()
-        }
+        return {name: (max(link.mass for link in body), max(link.largest_moment for link in body)) for name, body in self.bodies.items()}

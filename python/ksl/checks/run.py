@@ -143,9 +143,7 @@ def fix(
     accepted = _rule_names(accept, "accept")
     if robot.syntax and not (robot.mended and "xml-syntax" in accepted):
         first = robot.syntax[0]
-        way_out = (
-            ", or accept xml-syntax (--accept xml-syntax)" if robot.mended else ", since what it hides would be lost"
-        )
+        way_out = ", or accept xml-syntax (--accept xml-syntax)" if robot.mended else ", since what it hides would be lost"
         raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first{way_out}")
     changes = []
     for finding in _findings(robot, left_out):
@@ -253,15 +251,9 @@ def _load(robot: RobotFile) -> None:
 
 
 def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
-    asked = [
-        rule
-        for rule in RULES.values()
-        if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats
-    ]
+    asked = [rule for rule in RULES.values() if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats]
     if robot.cut_short:
-        robot.not_checked.append(
-            f"what may stand behind the end of the file: {', '.join(rule.name for rule in asked if rule.whole)}"
-        )
+        robot.not_checked.append(f"what may stand behind the end of the file: {', '.join(rule.name for rule in asked if rule.whole)}")
         asked = [rule for rule in asked if not rule.whole]
     with np.errstate(all="ignore"):  # numbers at the ends of their range; what comes of them is compared, not computed with
         found = [finding for rule in asked for finding in rule.findings(robot)]

@@ -91,7 +91,13 @@ def _axis_of_shapes(link: Link) -> tuple[Array, bool] | None:
 def _axis_of_wheel(robot: RobotFile, link: Link, inertial: Inertial, I: Array) -> tuple[Array, bool] | None:
     """The axis (3) that a wheel turns about, whatever its shapes: what a continuous joint turns about its centroid, and carries nothing that moves.  None of other links."""
     joint = robot.joint_above.get(link.name)
-    if joint is None or joint.kind != "continuous" or joint.axis is None or not joint.axis.any() or any(below.moves for below in robot.joints_below.get(link.name, ())):
+    if (
+        joint is None
+        or joint.kind != "continuous"
+        or joint.axis is None
+        or not joint.axis.any()
+        or any(below.moves for below in robot.joints_below.get(link.name, ()))
+    ):
         return None
     axis = joint.axis / np.linalg.norm(joint.axis)
     away = float(np.linalg.norm(np.cross(axis, inertial.centroid)))

@@ -31,9 +31,7 @@ def print_findings(findings: Findings, console: Console, everything: bool = Fals
     for f in sorted(findings, key=lambda f: (-STATUS[f.severity], order.index(f.rule))):
         groups.setdefault((f.severity, f.rule), []).append(f)
     for (severity, rule), same in groups.items():
-        console.print(
-            Text.assemble((f"{severity}  {rule}", STYLES[severity]), f"  {len(same)} places" if len(same) > 1 else "")
-        )
+        console.print(Text.assemble((f"{severity}  {rule}", STYLES[severity]), f"  {len(same)} places" if len(same) > 1 else ""))
         _print_rule(same, console, everything)
         console.print()
     for what in findings.not_checked:
@@ -46,10 +44,7 @@ def print_findings(findings: Findings, console: Console, everything: bool = Fals
 
 def _print_rule(same: list[Finding], console: Console, everything: bool) -> None:
     """What all places of a rule share is said once."""
-    shared = {
-        what: getattr(same[0], what) if len({getattr(f, what) for f in same}) == 1 else None
-        for what in ("cause", "repair")
-    }
+    shared = {what: getattr(same[0], what) if len({getattr(f, what) for f in same}) == 1 else None for what in ("cause", "repair")}
     _paragraph(console, "  expected  ", same[0].condition)
     places = same if everything else same[:SHOWN]
     for f in places:
@@ -65,11 +60,7 @@ def _print_rule(same: list[Finding], console: Console, everything: bool) -> None
             _paragraph(console, f"  {what}".ljust(12), text)
     if any(f.fixable for f in same):
         number = sum(f.fixable for f in same)
-        _paragraph(
-            console,
-            "            ",
-            "--fix does this." if number == len(same) else f"--fix repairs {number} of these {len(same)}.",
-        )
+        _paragraph(console, "            ", "--fix does this." if number == len(same) else f"--fix repairs {number} of these {len(same)}.")
     if any(f.acceptable for f in same):
         _paragraph(console, "            ", f"If the cause is right, --fix with --accept {same[0].rule} does this.")
 
@@ -81,13 +72,7 @@ def print_fixed(fixed: Fixed, console: Console, everything: bool = False) -> Non
     if not fixed.changes:
         console.print(f"{fixed.path}: written; nothing could be repaired without a decision\n", soft_wrap=True)
     else:
-        console.print(
-            Text(
-                f"{fixed.path}: written, with {len(fixed.changes)} change{'s' if len(fixed.changes) > 1 else ''}",
-                style="bold",
-            ),
-            soft_wrap=True,
-        )
+        console.print(Text(f"{fixed.path}: written, with {len(fixed.changes)} change{'s' if len(fixed.changes) > 1 else ''}", style="bold"), soft_wrap=True)
     for finding, change in fixed.changes:
         where = f"{finding.kind} {finding.name}: " if finding.name else ""
         _paragraph(console, "  ", f"line {finding.line}: {where}{change} ({finding.rule})")

@@ -9,18 +9,7 @@ from ksl.checks.repair import shown
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
 
-WORDS = {
-    "l": "r",
-    "lf": "rf",
-    "lh": "rh",
-    "lm": "rm",
-    "lr": "rr",
-    "fl": "fr",
-    "hl": "hr",
-    "rl": "rr",
-    "bl": "br",
-    "ml": "mr",
-}
+WORDS = {"l": "r", "lf": "rf", "lh": "rh", "lm": "rm", "lr": "rr", "fl": "fr", "hl": "hr", "rl": "rr", "bl": "br", "ml": "mr"}
 """Words of names that mean the left side, and those of the right: left; left front, hind, middle, rear; front left …"""
 LIGHT = 0.01
 """kg.  Differences below it are not reported: a screw."""
@@ -88,11 +77,7 @@ def symmetry_mass(robot: RobotFile) -> Iterator[Broken]:
         if difference > LIGHT and difference > robot.symmetry * larger:
             worst = max(masses, key=lambda m: abs(m[0] - m[1]))
             share = difference / larger
-            most = (
-                f"; most of it {worst[2]}, {shown(worst[0])} kg, and {paired[worst[2]]}, {shown(worst[1])} kg"
-                if len(limb) > 1
-                else ""
-            )
+            most = f"; most of it {worst[2]}, {shown(worst[0])} kg, and {paired[worst[2]]}, {shown(worst[1])} kg" if len(limb) > 1 else ""
             found = f"limb {left} has {shown(on_left)} kg, {right} has {shown(on_right)} kg: {share:.0%} less{most}"
             yield Broken(found, robot.link_of[worst[2]].line, "link", left, share)
 

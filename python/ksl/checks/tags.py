@@ -14,9 +14,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from ksl.checks.robot import Note
 
-TOKEN = re.compile(
-    r"<!--|<!\[CDATA\[|<\?|<!|</([A-Za-z_][\w:.\-]*)\s*>|<([A-Za-z_][\w:.\-]*)(?![\w:.\-])((?:\"[^\"<]*\"|'[^'<]*'|[^\"'<>])*)>"
-)
+TOKEN = re.compile(r"<!--|<!\[CDATA\[|<\?|<!|</([A-Za-z_][\w:.\-]*)\s*>|<([A-Za-z_][\w:.\-]*)(?![\w:.\-])((?:\"[^\"<]*\"|'[^'<]*'|[^\"'<>])*)>")
 SKIPPED = {"<!--": "-->", "<![CDATA[": "]]>", "<?": "?>", "<!": ">"}
 
 

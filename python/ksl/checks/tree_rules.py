@@ -26,21 +26,11 @@ _PLACES = ("origin", "pose", "axis", "axis2", "xyz")
 )
 def joint_incomplete(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
-        absent = [
-            what
-            for what, given in (("type", joint.kind), ("parent", joint.parent), ("child", joint.child))
-            if not given
-        ]
+        absent = [what for what, given in (("type", joint.kind), ("parent", joint.parent), ("child", joint.child)) if not given]
         if absent:
             yield Broken(f"no {', no '.join(absent)}", joint.line, "joint", joint.name)
         elif joint.parent == joint.child:
-            yield Broken(
-                f"link {joint.child} is both its parent and its child",
-                joint.line,
-                "joint",
-                joint.name,
-                repair="Name two links.",
-            )
+            yield Broken(f"link {joint.child} is both its parent and its child", joint.line, "joint", joint.name, repair="Name two links.")
 
 
 @rule(
@@ -90,24 +80,13 @@ def joint_type_extension(robot: RobotFile) -> Iterator[Broken]:
 def link_undefined(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
-            if (
-                not name
-                or name in robot.link_of
-                or (robot.format == "sdf" and (name in ("world", "__model__") or "::" in name))
-            ):
+            if not name or name in robot.link_of or (robot.format == "sdf" and (name in ("world", "__model__") or "::" in name)):
                 continue
             same = robot.link_names.same(name)
             element = None if joint.element is None else joint.element.find(end)
             fix = set_attribute(element, "link", same[0]) if len(same) == 1 and robot.format == "urdf" else None
             line = joint.line if element is None else element.sourceline
-            yield Broken(
-                f'{end} link "{name}" does not exist',
-                line,
-                "joint",
-                joint.name,
-                repair=robot.link_names.suggest(name),
-                fix=fix,
-            )
+            yield Broken(f'{end} link "{name}" does not exist', line, "joint", joint.name, repair=robot.link_names.suggest(name), fix=fix)
 
 
 @rule(
@@ -150,9 +129,7 @@ def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
         if link in path:
             around = [robot.joint_above[name] for name in dropwhile(link.__ne__, path)]
             if len(around) > 1:  # a joint from a link to itself is another rule's
-                yield Broken(
-                    f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "joint", around[0].name
-                )
+                yield Broken(f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "joint", around[0].name)
         done.update(path)
 
 
@@ -171,9 +148,7 @@ def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
         if link.name.strip().lower() in misspelt:
             continue  # link-undefined says it
         below = sum(1 for _ in robot.subtree(link.name)) - 1
-        carried = (
-            f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
-        )
+        carried = f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
         yield Broken(f"no joint carries it{carried}; the root is {robot.roots[0].name}", link.line, "link", link.name)
 
 
@@ -191,13 +166,4 @@ def no_link(robot: RobotFile) -> Iterator[Broken]:
         yield Broken("no link in the file", robot.root.sourceline, value=0.0)
 
 
-RULES = [
-    no_link,
-    joint_incomplete,
-    joint_type,
-    joint_type_extension,
-    link_undefined,
-    joint_copied,
-    joint_cycle,
-    link_unreachable,
-]
+RULES = [no_link, joint_incomplete, joint_type, joint_type_extension, link_undefined, joint_copied, joint_cycle, link_unreachable]

@@ -87,7 +87,22 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
 OPAQUE: dict[str, tuple[str, ...]] = {"collision": ("material", "contact_coefficients"), "joint": ("limb",)}
 """Elements that stand in many files where no reader asks for them, and that do no harm."""
 
-MANY = ("link", "joint", "constraint", "loop_joint", "loop", "coupling", "force_element", "material", "transmission", "gazebo", "ros2_control", "sensor", "visual", "collision")
+MANY = (
+    "link",
+    "joint",
+    "constraint",
+    "loop_joint",
+    "loop",
+    "coupling",
+    "force_element",
+    "material",
+    "transmission",
+    "gazebo",
+    "ros2_control",
+    "sensor",
+    "visual",
+    "collision",
+)
 """Elements of which several may stand beside each other; of others a second one is no spelling mistake."""
 
 SHARED = ("plugin", "frame")

@@ -26,7 +26,10 @@ LARGEST_MENDED = 4 << 20
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
 """A digit can belong to one part only: otherwise the time would be quadratic in the number of digits."""
 
-_NO_BLANKS = {ord(c): "?" for c in "\x0b\x0c\x1c\x1d\x1e\x1f\x85\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u2028\u2029\u202f\u205f\u3000"}
+_NO_BLANKS = {
+    ord(c): "?"
+    for c in "\x0b\x0c\x1c\x1d\x1e\x1f\x85\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u2028\u2029\u202f\u205f\u3000"
+}
 """What Python takes for blanks, and XML doesn't."""
 
 _LONG_VALUE = re.compile(rb"=\s*(?:\"[^\"<]{%d}|'[^'<]{%d})" % (limits.NAMESPACE_LENGTH + 1, limits.NAMESPACE_LENGTH + 1))
@@ -53,7 +56,9 @@ def contents(path: Path) -> bytes:
 def check_xml(data: bytes, path: Path) -> None:
     """Raises DescriptionError for contents that are no XML."""
     if data.startswith((b"#usda", b"PXR-USDC")):
-        raise DescriptionError(f"{path}: is USD, whose physics ksl.load reads (ksl info prints what it has read); files that are checked are URDF, SDF and MJCF")
+        raise DescriptionError(
+            f"{path}: is USD, whose physics ksl.load reads (ksl info prints what it has read); files that are checked are URDF, SDF and MJCF"
+        )
     if not data.strip():
         raise DescriptionError(f"{path}: is empty; expected a URDF, SDF or MJCF file")
     is_utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
@@ -88,9 +93,7 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
             data.decode("utf-8")
         except UnicodeDecodeError as e:
             encoding = "iso-8859-1"
-            robot.encoding.append(
-                Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1")
-            )
+            robot.encoding.append(Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1"))
     if len(data) <= LARGEST_MENDED:
         robot.text = data.decode("iso-8859-1")
     try:
@@ -130,19 +133,13 @@ def _tree(data: bytes, encoding: str | None) -> tuple[_Element | None, list[Note
     """The root element as far as the parser can make one, and what it complains about."""
     from lxml import etree
 
-    parser = etree.XMLParser(
-        recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding
-    )
+    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding)
     root = etree.fromstring(data, parser)
     if root is not None and root.prefix is None and root.tag.startswith("{"):
         own = root.tag[: root.tag.index("}") + 1]
         for element in root.iter(f"{own}*"):  # a namespace for the whole file, which loaders don't look at; written as it was
             element.tag = element.tag.removeprefix(own)
-    severe = [
-        each
-        for each in parser.error_log
-        if each.level >= etree.ErrorLevels.ERROR and each.type_name != "NS_ERR_UNDEFINED_NAMESPACE"
-    ]
+    severe = [each for each in parser.error_log if each.level >= etree.ErrorLevels.ERROR and each.type_name != "NS_ERR_UNDEFINED_NAMESPACE"]
     return root, [Note(each.line, " ".join(each.message.split())[:200]) for each in severe]
 
 
@@ -191,7 +188,9 @@ class Numbers:
             if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
                 shown = (text or "").strip(" \t\r\n")[:60]
                 strange = None if re.search("[a-df-zA-DF-Zµ]", shown) else next((c for c in shown if c > "~"), None)
-                mend = "; numbers have a decimal point" if "," in shown else f"; {_named(strange)} only looks like a blank, a sign or a digit" if strange else ""
+                mend = (
+                    "; numbers have a decimal point" if "," in shown else f"; {_named(strange)} only looks like a blank, a sign or a digit" if strange else ""
+                )
                 expected = f"{count} finite numbers" if count > 1 else "a finite number"
                 self.note(line, f'{what} is "{shown}", expected {expected}{mend}')
             return None
@@ -220,11 +219,7 @@ def rotation_of(rpy: Array) -> Array:
     cr, cp, cy = np.cos(rpy)
     sr, sp, sy = np.sin(rpy)
     return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
+        [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]]
     )
 
 

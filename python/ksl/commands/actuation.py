@@ -21,11 +21,20 @@ if TYPE_CHECKING:
 def actuation(
     robot: Robot,
     output: Folder,
-    joints: Annotated[str, typer.Option("--joints", metavar="NAME,NAME", help="The joints that motors move through rods: all of one mechanism, or of several.")],
-    motion: Annotated[Path | None, typer.Option("--motion", metavar="FILE", help="A motion of these joints and of those that carry them: what motors and rods bear along it.")] = None,
+    joints: Annotated[
+        str, typer.Option("--joints", metavar="NAME,NAME", help="The joints that motors move through rods: all of one mechanism, or of several.")
+    ],
+    motion: Annotated[
+        Path | None, typer.Option("--motion", metavar="FILE", help="A motion of these joints and of those that carry them: what motors and rods bear along it.")
+    ] = None,
     check: Annotated[list[Path], typer.Option("--check", metavar="FILE", help="Another file of the robot, whose limits are judged too (repeatable).")] = [],
-    pose: Annotated[str, typer.Option("--at", metavar="Q,Q", help="Positions of the joints, in their order, through which curves go, and at which the serial model is exact.")] = "",
-    limits: Annotated[str, typer.Option(metavar="safe|mean", help="Limits of the serial model: the largest box that holds at every position, or the mean of boxes.")] = "safe",
+    pose: Annotated[
+        str,
+        typer.Option("--at", metavar="Q,Q", help="Positions of the joints, in their order, through which curves go, and at which the serial model is exact."),
+    ] = "",
+    limits: Annotated[
+        str, typer.Option(metavar="safe|mean", help="Limits of the serial model: the largest box that holds at every position, or the mean of boxes.")
+    ] = "safe",
     json: Annotated[bool, typer.Option("--json", help="Print the limits as JSON instead.")] = False,
     force: Replace = False,
     how: RobotOptions = RobotOptions(),

@@ -31,16 +31,54 @@ HANGING = "  "
 GROUPS = {
     "Load cases": {"--cases", "--case", "--payload", "--on-link", "--external", "--gravity", "--pose", "--time", "--worst", "--of", "--seed"},
     "Simulation": {
-        "--until", "--from-time", "--velocity", "--controller", "--gains", "--brake-at", "--brake", "--dry-friction", "--bounce", "--rate", "--method", "--step",
+        "--until",
+        "--from-time",
+        "--velocity",
+        "--controller",
+        "--gains",
+        "--brake-at",
+        "--brake",
+        "--dry-friction",
+        "--bounce",
+        "--rate",
+        "--method",
+        "--step",
     },
     "Wrenches": {"--on", "--at", "--axes", "--order", "--joints"},
-    "Results": {"--output", "--deflection", "--csv", "--xlsx", "--mcap", "--mat", "--json", "--pdf", "--paper", "--components", "--fail-on", "--force", "--drives-only"},
+    "Results": {
+        "--output",
+        "--deflection",
+        "--csv",
+        "--xlsx",
+        "--mcap",
+        "--mat",
+        "--json",
+        "--pdf",
+        "--paper",
+        "--components",
+        "--fail-on",
+        "--force",
+        "--drives-only",
+    },
     "Bodies": {"--links", "--apart", "--frame", "--robot"},
     "Instants": {"--times", "--peaks", "--section", "--stress", "--hull", "--most"},
     "Decks": {"--deck", "--mesh", "--set", "--radius", "--units", "--young", "--poisson", "--density", "--coupling", "--relief"},
     "Comparison": {"--with", "--states"},
     "Page": {"--export", "--mode", "--joint", "--case", "--port", "--browser"},
-    "Robot": {"--floating-base", "--mimic", "--strict", "--model", "--physics", "--friction-width", "--package-path", "--loops", "--drives", "--stiffness", "--xacro", "--package"},
+    "Robot": {
+        "--floating-base",
+        "--mimic",
+        "--strict",
+        "--model",
+        "--physics",
+        "--friction-width",
+        "--package-path",
+        "--loops",
+        "--drives",
+        "--stiffness",
+        "--xacro",
+        "--package",
+    },
     "Motion": {"--map", "--degrees", "--time-unit", "--smooth", "--resample", "--from", "--to", "--ignore-extra", "--topic", "--positions-only"},
 }
 """Options of commands that have many, by what they are about."""
@@ -162,7 +200,9 @@ class Commands(TyperGroup):
         for stream in streams:
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="replace")  # "?" for characters that the encoding lacks, rather than no output
-        sys.stdout, sys.stderr = (stream and PrintableStream(stream) for stream in (streams[0] and Watched(streams[0]), streams[1]))  # None if the shell has closed it
+        sys.stdout, sys.stderr = (
+            stream and PrintableStream(stream) for stream in (streams[0] and Watched(streams[0]), streams[1])
+        )  # None if the shell has closed it
         try:
             return self._main(args, options)
         finally:

@@ -20,9 +20,15 @@ def check(
     robot: RobotText,
     ignore: Annotated[list[str], typer.Option("--ignore", metavar="RULE", help="A rule that is left out, inertia-triangle for example; may be repeated.")] = [],
     package_path: Annotated[list[Path], typer.Option("--package-path", metavar="DIR", help="Where the packages of package:// are; may be repeated.")] = [],
-    symmetry: Annotated[float, typer.Option("--symmetry", metavar="SHARE", help="Share of its mass by which a limb may differ from that of the other side.")] = 0.05,
-    fix: Annotated[Path | None, typer.Option("--fix", metavar="OUT.urdf", help="Write the repaired file there; print what was changed and what is left.")] = None,
-    accept: Annotated[list[str], typer.Option("--accept", metavar="RULE", help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.")] = [],
+    symmetry: Annotated[
+        float, typer.Option("--symmetry", metavar="SHARE", help="Share of its mass by which a limb may differ from that of the other side.")
+    ] = 0.05,
+    fix: Annotated[
+        Path | None, typer.Option("--fix", metavar="OUT.urdf", help="Write the repaired file there; print what was changed and what is left.")
+    ] = None,
+    accept: Annotated[
+        list[str], typer.Option("--accept", metavar="RULE", help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.")
+    ] = [],
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT.urdf if it exists.")] = False,
     everything: Annotated[bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")] = False,
     how: RobotOptions = RobotOptions(),
@@ -57,20 +63,21 @@ def check(
     raise typer.Exit(findings.status)
 
 
-def _of_option(
-    error: Exception, ignore: list[str], accept: list[str], package_path: list[Path], symmetry: float, mimic: str
-) -> str:
+def _of_option(error: Exception, ignore: list[str], accept: list[str], package_path: list[Path], symmetry: float, mimic: str) -> str:
     """What Python says of an argument, said of the option that gave it."""
     from ksl.commands.options import in_options
 
-    given: dict[str, list[Any]] = {"ignore": ignore, "accept": accept, "package_path": [str(path) for path in package_path], "symmetry": [symmetry], "mimic": [mimic]}
+    given: dict[str, list[Any]] = {
+        "ignore": ignore,
+        "accept": accept,
+        "package_path": [str(path) for path in package_path],
+        "symmetry": [symmetry],
+        "mimic": [mimic],
+    }
     said = [in_options(error, **{name: value}) for name, values in given.items() for value in values]
     return next((text for text in said if text != str(error)), str(error))
 
 
 def _changes(fixed: Fixed) -> dict[str, Any]:
-    changes = [
-        {"rule": f.rule, "line": f.line, "kind": f.kind, "name": f.name, "change": change}
-        for f, change in fixed.changes
-    ]
+    changes = [{"rule": f.rule, "line": f.line, "kind": f.kind, "name": f.name, "change": change} for f, change in fixed.changes]
     return {"changes": changes}

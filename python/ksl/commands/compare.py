@@ -15,7 +15,8 @@ from ksl.commands.options import FIXED, RobotOptions, RobotText, described_warni
 def compare(
     robot: RobotText,
     libraries: Annotated[
-        str, typer.Option("--with", metavar="NAMES", help="Libraries, separated by commas: pinocchio, mujoco, drake; otherwise those of them that are installed.")
+        str,
+        typer.Option("--with", metavar="NAMES", help="Libraries, separated by commas: pinocchio, mujoco, drake; otherwise those of them that are installed."),
     ] = "",
     how: RobotOptions = RobotOptions(),
     states: Annotated[int, typer.Option("--states", metavar="N", help="How many random states, 1 to 1000.")] = 8,
@@ -33,7 +34,14 @@ def compare(
     with described_warnings():
         try:
             found = compare_robot(
-                robot, names, floating_base=how.floating_base, strict=how.strict, model=how.model_name or None, physics=how.physics_named, states=states, seed=seed,
+                robot,
+                names,
+                floating_base=how.floating_base,
+                strict=how.strict,
+                model=how.model_name or None,
+                physics=how.physics_named,
+                states=states,
+                seed=seed,
                 xacro=xacro_arguments(how.xacro, how.package),
             )
         except ValueError as e:

@@ -21,21 +21,40 @@ PRINTED = 24
 @app.command("free-bodies", cls=GroupedOptions)
 def free_bodies(
     results: Annotated[Path, typer.Argument(parser=results_with_a_name, metavar="RESULTS", help="Folder that `ksl loads` has written.")],
-    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for free_bodies.csv, motions.csv, free_bodies.json and decks.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for free_bodies.csv, motions.csv, free_bodies.json and decks."),
+    ],
     links: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only the free bodies of these links; otherwise those that have a mesh, or all.")] = "",
     case: Annotated[list[str], typer.Option(metavar="NAME", help="Only this load case; may be repeated.")] = [],
     apart: Annotated[bool, typer.Option("--apart", help="Welded links each for itself, and not as one body.")] = False,
-    frame: Annotated[list[str], typer.Option(metavar="LINK=X,Y,Z[,R,P,Y]", help="Frame of the CAD part in the link's, m and rad (roll, pitch, yaw); may be repeated.")] = [],
+    frame: Annotated[
+        list[str], typer.Option(metavar="LINK=X,Y,Z[,R,P,Y]", help="Frame of the CAD part in the link's, m and rad (roll, pitch, yaw); may be repeated.")
+    ] = [],
     robot_file: Annotated[Path | None, typer.Option("--robot", metavar="FILE", help="The robot, if the file that the results name has moved.")] = None,
     times: Annotated[str, typer.Option(metavar="T,T", help="At these times, s; otherwise at the peaks of the joints.")] = "",
     peaks: Annotated[str, typer.Option(metavar="NAME,NAME", help="At the peaks of these joints alone.")] = "",
-    section: Annotated[list[str], typer.Option(metavar="LINK=X,Y,Z,NX,NY,NZ", help="In few cases that keep most of the loads of a section, by its point, m, and normal; may be repeated.")] = [],
-    stress: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="In few cases that keep most of some stresses: [LINK] WRENCH = [[six factors], …].")] = None,
+    section: Annotated[
+        list[str],
+        typer.Option(
+            metavar="LINK=X,Y,Z,NX,NY,NZ", help="In few cases that keep most of the loads of a section, by its point, m, and normal; may be repeated."
+        ),
+    ] = [],
+    stress: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="In few cases that keep most of some stresses: [LINK] WRENCH = [[six factors], …].")
+    ] = None,
     hull: Annotated[bool, typer.Option("--hull", help="In few cases that keep most of whatever the wrenches of a link stress.")] = False,
     most: Annotated[int | None, typer.Option(metavar="N", help="So many cases at most, of each link or section; otherwise as many as keep all.")] = None,
-    deck: Annotated[list[str], typer.Option(metavar="calculix|abaqus|nastran", help="Write decks with a step for each case; may be repeated. With a mesh, calculix without it.")] = [],
-    mesh: Annotated[list[str], typer.Option(metavar="LINK=PART.inp", help="Mesh of the part, in its frame and the deck's units: the deck then runs as it is.")] = [],
-    on_set: Annotated[list[str], typer.Option("--set", metavar="WRENCH=SET", help="Node set on which a joint or payload acts; otherwise that of its name.")] = [],
+    deck: Annotated[
+        list[str],
+        typer.Option(metavar="calculix|abaqus|nastran", help="Write decks with a step for each case; may be repeated. With a mesh, calculix without it."),
+    ] = [],
+    mesh: Annotated[
+        list[str], typer.Option(metavar="LINK=PART.inp", help="Mesh of the part, in its frame and the deck's units: the deck then runs as it is.")
+    ] = [],
+    on_set: Annotated[
+        list[str], typer.Option("--set", metavar="WRENCH=SET", help="Node set on which a joint or payload acts; otherwise that of its name.")
+    ] = [],
     radius: Annotated[list[str], typer.Option(metavar="WRENCH=R", help="Or it acts on the surface within so much of its point, m.")] = [],
     units: Annotated[str, typer.Option(metavar="m-kg-s|mm-t-s", help="Of decks and meshes.")] = "m-kg-s",
     young: Annotated[float, typer.Option(metavar="E", help="Young's modulus, Pa; otherwise that of steel.")] = 2.1e11,

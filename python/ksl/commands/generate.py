@@ -17,18 +17,43 @@ from ksl.commands.options import Robot, RobotOptions, in_options, of_robot, path
 @of_robot("gravity", "physics", "friction_width")
 def generate(
     robot: Robot,
-    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the files; of an FMU, FILE.fmu or its folder.")],
-    algorithms: Annotated[str, typer.Option(metavar="NAMES", help="Calls of models, with links or joints behind a colon: inverse_dynamics,jacobian:tool0,reactions:elbow+base; vjp.reactions: its derivative backward, jvp.: forward.")] = "",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the files; of an FMU, FILE.fmu or its folder.")
+    ],
+    algorithms: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Calls of models, with links or joints behind a colon: inverse_dynamics,jacobian:tool0,reactions:elbow+base; vjp.reactions: its derivative backward, jvp.: forward.",
+        ),
+    ] = "",
     name: Annotated[str, typer.Option(metavar="NAME", help="Prefix of files and functions.")] = "robot",
     scalar: Annotated[str, typer.Option(metavar="double|float", help="Precision of all numbers.")] = "double",
-    arguments: Annotated[str, typer.Option(metavar="NAMES", help="Inputs besides: external:LINK+LINK (a wrench on each link), gravity, payload:LINK (added to its inertia), parameters:LINK (in place of it).")] = "",
+    arguments: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Inputs besides: external:LINK+LINK (a wrench on each link), gravity, payload:LINK (added to its inertia), parameters:LINK (in place of it).",
+        ),
+    ] = "",
     contract: Annotated[bool, typer.Option("--contract", help="Let compilers fuse products and sums: faster, and no longer KSL's results to the bit.")] = False,
     undetermined: Annotated[str, typer.Option(metavar="refuse|least-norm", help="Reactions of closed mechanisms that rigid bodies leave open.")] = "refuse",
-    lanes: Annotated[int, typer.Option(metavar="N", help="Functions of arrays of states, too, N of which are computed at a time: 4 doubles with AVX2, 8 with AVX-512.")] = 0,
+    lanes: Annotated[
+        int, typer.Option(metavar="N", help="Functions of arrays of states, too, N of which are computed at a time: 4 doubles with AVX2, 8 with AVX-512.")
+    ] = 0,
     flash: Annotated[int, typer.Option(metavar="BYTES", help="Refuse code that is larger, constants included, by the estimate of README.md.")] = 0,
     abi: Annotated[str, typer.Option(metavar="c|casadi", help="casadi: NAME_casadi.c, too, which CasADi loads, with Jacobians.")] = "c",
-    derivatives: Annotated[int, typer.Option(metavar="1|2", help="For CasADi: Jacobians, or second derivatives, too, as Ipopt's exact Hessian takes them.")] = 1,
-    fmu: Annotated[str, typer.Option("--fmu", metavar="forward|inverse", help="An FMU for co-simulation (FMI 3.0) in place of algorithms: efforts in and a mechanism in motion, or a motion in and efforts out; reactions out.")] = "",
+    derivatives: Annotated[
+        int, typer.Option(metavar="1|2", help="For CasADi: Jacobians, or second derivatives, too, as Ipopt's exact Hessian takes them.")
+    ] = 1,
+    fmu: Annotated[
+        str,
+        typer.Option(
+            "--fmu",
+            metavar="forward|inverse",
+            help="An FMU for co-simulation (FMI 3.0) in place of algorithms: efforts in and a mechanism in motion, or a motion in and efforts out; reactions out.",
+        ),
+    ] = "",
     joints: Annotated[str, typer.Option("--joints", metavar="NAME,NAME", help="With --fmu: whose reactions are outputs; none: of no joint.")] = "all",
     method: Annotated[str, typer.Option(metavar="rk4|semi_implicit_euler", help="With --fmu forward: the method, as that of ksl simulate.")] = "rk4",
     step: Annotated[float, typer.Option(metavar="S", help="With --fmu forward: its longest step.")] = 1e-3,
@@ -44,18 +69,67 @@ def generate(
     from ksl.generation.open_reactions import Undetermined
     from ksl.output import OutputError
 
-    of_code = {"--scalar": scalar != "double", "--arguments": arguments != "", "--contract": contract, "--lanes": lanes != 0, "--flash": flash != 0, "--abi": abi != "c", "--derivatives": derivatives != 1}
+    of_code = {
+        "--scalar": scalar != "double",
+        "--arguments": arguments != "",
+        "--contract": contract,
+        "--lanes": lanes != 0,
+        "--flash": flash != 0,
+        "--abi": abi != "c",
+        "--derivatives": derivatives != 1,
+    }
     _refuse(fmu, algorithms, of_code, {"--joints": joints != "all", "--method": method != "rk4", "--step": step != 1e-3})
     model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     named = {"all": None, "none": []}.get(joints, joints.split(","))
     try:
         if fmu:
-            files = [write_fmu(model, output, cast(Literal["forward", "inverse"], fmu), name, named, cast(Literal["rk4", "semi_implicit_euler"], method), step, cast(Undetermined, undetermined), None, force)]
+            files = [
+                write_fmu(
+                    model,
+                    output,
+                    cast(Literal["forward", "inverse"], fmu),
+                    name,
+                    named,
+                    cast(Literal["rk4", "semi_implicit_euler"], method),
+                    step,
+                    cast(Undetermined, undetermined),
+                    None,
+                    force,
+                )
+            ]
         else:
-            files = write(model, algorithms.split(","), output, name, cast(Literal["double", "float"], scalar), words, contract, force, cast(Undetermined, undetermined), lanes, flash, cast(Literal["c", "casadi"], abi), derivatives)
+            files = write(
+                model,
+                algorithms.split(","),
+                output,
+                name,
+                cast(Literal["double", "float"], scalar),
+                words,
+                contract,
+                force,
+                cast(Undetermined, undetermined),
+                lanes,
+                flash,
+                cast(Literal["c", "casadi"], abi),
+                derivatives,
+            )
     except (ValueError, OutputError) as e:
-        fail(in_options(e, scalar=scalar, name=name, undetermined=undetermined, lanes=lanes, flash=flash, abi=abi, derivatives=derivatives, kind=fmu, method=method, step=step).replace("--kind", "--fmu"))
+        fail(
+            in_options(
+                e,
+                scalar=scalar,
+                name=name,
+                undetermined=undetermined,
+                lanes=lanes,
+                flash=flash,
+                abi=abi,
+                derivatives=derivatives,
+                kind=fmu,
+                method=method,
+                step=step,
+            ).replace("--kind", "--fmu")
+        )
     alone = "" if not fmu or _has_binary(files[0]) else ", sources alone, since there is no compiler of C for a binary"
     console(120).print(f"written: {', '.join(str(path) for path in files)}{alone}", highlight=False, soft_wrap=True, markup=False)
 
@@ -66,7 +140,11 @@ def _refuse(fmu: str, algorithms: str, of_code: Mapping[str, bool], of_fmu: Mapp
         fail("--algorithms: name some, as inverse_dynamics or jacobian:LINK; or ask for an FMU: --fmu forward")
     refused = {"--algorithms": bool(algorithms), **of_code} if fmu else of_fmu
     for option in [option for option, given in refused.items() if given]:
-        fail(f"{option}: is not for an FMU, which has functions of its own; leave it out" if fmu else f"{option}: is for an FMU; ask for one with --fmu forward, or leave it out")
+        fail(
+            f"{option}: is not for an FMU, which has functions of its own; leave it out"
+            if fmu
+            else f"{option}: is for an FMU; ask for one with --fmu forward, or leave it out"
+        )
 
 
 def _has_binary(file: Path) -> bool:

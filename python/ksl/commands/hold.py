@@ -38,16 +38,23 @@ if TYPE_CHECKING:
 @of_robot("gravity", "physics")
 def hold(
     robot: Robot,
-    pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a file: TOML of positions, or a motion.")] = [],
+    pose: Annotated[
+        list[str],
+        typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a file: TOML of positions, or a motion."),
+    ] = [],
     time: Annotated[float | None, typer.Option("--time", metavar="S", help="Which sample of a motion; otherwise the first.")] = None,
     worst: Annotated[str, typer.Option(metavar="JOINT", help="Search the pose within limits that is worst for this joint; joints of --pose stay.")] = "",
-    of: Annotated[str, typer.Option("--of", metavar="QUANTITY", help="What is largest there: effort, fx … tz, force, moment, axial_force, bending_moment …")] = "effort",
+    of: Annotated[
+        str, typer.Option("--of", metavar="QUANTITY", help="What is largest there: effort, fx … tz, force, moment, axial_force, bending_moment …")
+    ] = "effort",
     seed: Annotated[int, typer.Option(metavar="N", help="Of the search.")] = 0,
     output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for files as of `ksl loads`.")] = None,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="With -o: results.xlsx too, a workbook with a sheet for each table.")] = False,
     force: Replace = False,
     on: OnSide = "child",
-    at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
+    at: Annotated[
+        str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")
+    ] = "joint",
     axes: AxesOf = "joint",
     order: OrderOf = "lin_ang",
     payload: PointMasses = [],
@@ -82,7 +89,16 @@ def hold(
                 positions |= read_pose(model, file, time)
         positions |= named
         carried = carried_payloads(model, loaded)
-        options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": how.gravity, "physics": how.physics, "mimic": how.mimic, "floating_base": how.floating_base}
+        options = {
+            "on": on,
+            "at": at,
+            "axes": axes,
+            "order": order,
+            "gravity": how.gravity,
+            "physics": how.physics,
+            "mimic": how.mimic,
+            "floating_base": how.floating_base,
+        }
         options |= {"loops": how.loops, "drives": how.drives, "stiffness": str(stiffness or "")} if model.loops or how.loops else {}
         run = held(
             model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,

@@ -63,19 +63,31 @@ def loads(
     components: Components = None,
     paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: OnSide = "child",
-    at: Annotated[list[str], typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes; JOINT=X,Y,Z for one joint (repeatable).")] = [],
+    at: Annotated[
+        list[str],
+        typer.Option(
+            metavar="POINT",
+            help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes; JOINT=X,Y,Z for one joint (repeatable).",
+        ),
+    ] = [],
     axes: AxesOf = "joint",
     order: OrderOf = "lin_ang",
     joints: Annotated[str, typer.Option(metavar="NAMES", help="Joints whose wrenches are wanted, separated by commas; otherwise all.")] = "",
     payload: PointMasses = [],
     on_link: OnLinks = [],
-    external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
-    smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
+    external: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")
+    ] = None,
+    smooth: Annotated[
+        float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")
+    ] = None,
     fail_on: Annotated[str | None, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = None,
     force: Replace = False,
     how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
-    deflection: Annotated[str, typer.Option("--deflection", metavar="FRAME", help="Write deflection.csv: where this link is off along the motion, by the joints of --stiffness.")] = "",
+    deflection: Annotated[
+        str, typer.Option("--deflection", metavar="FRAME", help="Write deflection.csv: where this link is off along the motion, by the joints of --stiffness.")
+    ] = "",
     reading: MotionOptions = MotionOptions(),
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.

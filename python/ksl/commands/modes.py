@@ -25,13 +25,23 @@ if TYPE_CHECKING:
 def modes(
     robot: Robot,
     stiffness: StiffnessOfJoints = None,
-    pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a TOML file of positions.")] = [],
+    pose: Annotated[
+        list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a TOML file of positions.")
+    ] = [],
     motion: Annotated[Path | None, typer.Option("--motion", metavar="FILE", help="Frequencies along a motion.")] = None,
-    grid: Annotated[list[str], typer.Option("--grid", metavar="JOINT=FROM:TO:N", help="Over N positions of a joint, rad or m; repeated: every combination.")] = [],
+    grid: Annotated[
+        list[str], typer.Option("--grid", metavar="JOINT=FROM:TO:N", help="Over N positions of a joint, rad or m; repeated: every combination.")
+    ] = [],
     count: Annotated[int, typer.Option("--count", metavar="N", help="So many frequencies, from the lowest.")] = 6,
     samples: Annotated[int, typer.Option("--samples", metavar="N", help="Of the motion, evenly spaced, at most.")] = 200,
-    output: Annotated[Path | None, typer.Option("--output", "-o", parser=file_with_a_name, metavar="FILE.csv", help="A row for each pose: time, positions, frequencies in Hz.")] = None,
-    export: Annotated[Path | None, typer.Option("--export", metavar="FILE.html", help="Show the shape of a mode, of the pose with the lowest frequency, in a file that opens offline.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", parser=file_with_a_name, metavar="FILE.csv", help="A row for each pose: time, positions, frequencies in Hz."),
+    ] = None,
+    export: Annotated[
+        Path | None,
+        typer.Option("--export", metavar="FILE.html", help="Show the shape of a mode, of the pose with the lowest frequency, in a file that opens offline."),
+    ] = None,
     mode: Annotated[int, typer.Option("--mode", metavar="N", help="Which one --export shows.")] = 1,
     payload: PointMasses = [],
     on_link: OnLinks = [],

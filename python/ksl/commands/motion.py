@@ -40,7 +40,9 @@ def motion(
     robot: Robot,
     kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What to make; see below.")],
     output: Annotated[Path, typer.Option("--output", "-o", parser=file_with_a_name, metavar="FILE", help="Table to write: .csv or .parquet.")],
-    waypoints: Annotated[Path | None, typer.Option(metavar="FILE", help="Table of positions, a line for each waypoint, `time` if known; otherwise between the limits.")] = None,
+    waypoints: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Table of positions, a line for each waypoint, `time` if known; otherwise between the limits.")
+    ] = None,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Whole time; otherwise the shortest within the limits (chirp 20 s, excite 10 s).")] = None,
     acceleration: Annotated[float | None, typer.Option(metavar="A", help="Limit of accelerations, rad/s² or m/s², which files don't give.")] = None,
     rate: Annotated[float | None, typer.Option(metavar="HZ", help="Samples a second; 250.")] = None,
@@ -50,7 +52,9 @@ def motion(
     iterations: Annotated[int | None, typer.Option(metavar="N", help="Candidates of the search instead of a time: the same motion on every run.")] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Of the search; 0.")] = None,
     how: RobotOptions = RobotOptions(),
-    drives_only: Annotated[bool, typer.Option("--drives-only", help="Write the columns of the drives alone, of a robot with loops; ksl loads needs no others.")] = False,
+    drives_only: Annotated[
+        bool, typer.Option("--drives-only", help="Write the columns of the drives alone, of a robot with loops; ksl loads needs no others.")
+    ] = False,
 ) -> None:
     """Make a motion within the limits of the robot's file: of position, speed and effort.
 

@@ -30,13 +30,41 @@ FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root li
 Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
-Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring, force elements; or all.")]
-FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
+Physics = Annotated[
+    str,
+    typer.Option(
+        "--physics",
+        metavar="NAMES",
+        help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring, force elements; or all.",
+    ),
+]
+FrictionWidth = Annotated[
+    float,
+    typer.Option(
+        "--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own."
+    ),
+]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
-Loops = Annotated[str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")]
+Loops = Annotated[
+    str, typer.Option("--loops", metavar="FILE.toml|cut", help="Joints that close loops, in a file beside the robot's; or leave those of the robot's file out.")
+]
 Drives = Annotated[str, typer.Option("--drives", metavar="NAMES", help="The joints that have motors, of a robot with loops, separated by commas.")]
-Xacro = Annotated[str | None, typer.Option("--xacro", metavar="'NAME:=VALUE …'", help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.")]
-Packages = Annotated[list[str], typer.Option("--package", metavar="NAME=DIR", help="With --xacro: the folder of a package that the file finds, $(find NAME); may be repeated. Others are looked for in the folders above it, and where ROS has them.")]
+Xacro = Annotated[
+    str | None,
+    typer.Option(
+        "--xacro",
+        metavar="'NAME:=VALUE …'",
+        help="ROBOT is a xacro file, which is run with these arguments, '' for none. It is a program: run those of people you trust.",
+    ),
+]
+Packages = Annotated[
+    list[str],
+    typer.Option(
+        "--package",
+        metavar="NAME=DIR",
+        help="With --xacro: the folder of a package that the file finds, $(find NAME); may be repeated. Others are looked for in the folders above it, and where ROS has them.",
+    ),
+]
 FIXED = {
     "compare": {"mimic": "independent: other libraries have it so", "loops": "cut: other libraries have trees", "drives": "each joint of a tree has one"},
     "sweep": dict.fromkeys(("floating_base", "mimic", "strict", "model_name", "loops", "drives"), "a key of [base] in SWEEP.toml"),
@@ -77,7 +105,9 @@ OF_READING = {name: hint for name, hint in get_type_hints(RobotOptions, include_
 
 def of_robot(*computed: str, without: Collection[str] = ()) -> Decorator:
     """A command with the options of RobotOptions in the place of its argument `how`: of those that say what is computed only these; and without some of the others."""
-    return with_options("how", RobotOptions, [each.name for each in fields(RobotOptions) if each.name not in without and (each.name not in COMPUTED or each.name in computed)])
+    return with_options(
+        "how", RobotOptions, [each.name for each in fields(RobotOptions) if each.name not in without and (each.name not in COMPUTED or each.name in computed)]
+    )
 
 
 def with_options(argument: str, record: type, names: Sequence[str]) -> Decorator:
@@ -102,6 +132,8 @@ def with_options(argument: str, record: type, names: Sequence[str]) -> Decorator
 
 def _words(text: str) -> list[str] | None:
     return [word.strip() for word in text.split(",")] if text else None
+
+
 PointMasses = Annotated[list[str], typer.Option("--payload", metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")]
 OnLinks = Annotated[list[str], typer.Option("--on-link", metavar="NAME", help="Link that carries the payload.")]
 OnSide = Annotated[str, typer.Option("--on", metavar="child|parent", help="Side that the wrench acts on.")]
@@ -125,7 +157,9 @@ WriteMcap = Annotated[bool, typer.Option("--mcap", help="Write wrenches.mcap, me
 WriteMat = Annotated[bool, typer.Option("--mat", help="Write wrenches.mat, for MATLAB and Octave.")]
 WriteJson = Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")]
 WritePdf = Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")]
-Components = Annotated[Path | None, typer.Option("--components", metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")]
+Components = Annotated[
+    Path | None, typer.Option("--components", metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")
+]
 Replace = Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")]
 
 

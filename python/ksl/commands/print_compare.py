@@ -32,7 +32,10 @@ def _print_library(library: OneLibrary, out: Console) -> None:
     say(out, Text(f"{library.name} {library.version}".rstrip() + f": {verdict(library)}", style=STYLES[library.status]))
     if library.quantities:
         rows = [(q.name, f"{q.difference:.2g} {q.unit}".rstrip(), f"{q.relative:.1e}", "agree" if q.agrees else "differ", q.where) for q in library.quantities]
-        out.out("\n".join(f"  {line}" for line in table_lines([["quantity", "largest difference", "share", "numbers", "where"]], rows, out.width - 2)), highlight=False)
+        out.out(
+            "\n".join(f"  {line}" for line in table_lines([["quantity", "largest difference", "share", "numbers", "where"]], rows, out.width - 2)),
+            highlight=False,
+        )
     for title, notes in (("why they differ", library.reasons), ("converted, or left out on one side", library.conventions)):
         if notes:
             out.print(f"  {title}:")

@@ -27,9 +27,15 @@ def print_info(model: Mechanism, console: Console) -> None:
     of_followers = f"mimic joints {following}, " if following else ""
     console.print(Text(f"{model.name} ({model.file})", style="bold"))
     of_tree = "coordinates of the tree" if model.loops else "degrees of freedom"
-    console.print(f"{of_tree} {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}")
+    console.print(
+        f"{of_tree} {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}"
+    )
     console.print(f"total mass {model.mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²")
-    console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or model.force_elements or given_physics(model.joints) else "")
+    console.print(
+        f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n"
+        if model.physics or model.force_elements or given_physics(model.joints)
+        else ""
+    )
     console.out("\n".join(tree_lines(model, console.width)), highlight=False)
     if model.loops:
         print_loops(model, console)

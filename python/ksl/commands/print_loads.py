@@ -165,7 +165,10 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns, least:
         else:
             table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        cells = ((signed_peak(row, f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "", 0.0 if part == "peak_time" else least.get(q, 0.0)) for q, part in columns)
+        cells = (
+            (signed_peak(row, f"{q}_{part}"), MARK if part in ("peak", "rms") and is_open(row, q) else "", 0.0 if part == "peak_time" else least.get(q, 0.0))
+            for q, part in columns
+        )
         table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x, lowest) + mark for x, mark, lowest in cells))
     return table
 

@@ -33,7 +33,9 @@ def print_modes(out: Console, found: Frequencies, written: Sequence[str]) -> Non
 
 
 def _print_range(out: Console, found: Frequencies) -> None:
-    table = Table("mode", "lowest, Hz", "highest, Hz", "lowest at" if found.time is not None else "lowest in pose", box=None, pad_edge=False, header_style="dim")
+    table = Table(
+        "mode", "lowest, Hz", "highest, Hz", "lowest at" if found.time is not None else "lowest in pose", box=None, pad_edge=False, header_style="dim"
+    )
     for k, column in enumerate(found.frequencies.T):
         at = int(np.nanargmin(column))
         when = f"{found.time[at]:.6g} s" if found.time is not None else _pose(found, at)

@@ -34,9 +34,7 @@ SLIDING = {"effort": "drive N", "speed": "m/s"}
 def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: bool = False) -> None:
     """Prints figures by joint, formulas, what is left out, the worst figures, and the verdict at the end, where it is seen."""
     if sizing.figures and not brief:
-        notes = {
-            note: chr(ord("a") + k) for k, note in enumerate(dict.fromkeys(f.note for f in sizing.figures if f.note))
-        }
+        notes = {note: chr(ord("a") + k) for k, note in enumerate(dict.fromkeys(f.note for f in sizing.figures if f.note))}
         references = _references(sizing.in_order)
         for joint in dict.fromkeys(f.joint for f in sizing.figures):  # the joint with the worst figure first
             _print_joint(console, sizing.of_joint(joint), references, notes)
@@ -52,11 +50,7 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
         _print_worst(console, sizing.figures, None if brief else WORST_SHOWN)
     console.print()
     if not sizing.figures and not sizing.left_out:
-        _wrapped(
-            console,
-            "`ksl size --example` prints a components file; with it, motors, gears, bearings and bolts are checked against these loads.",
-            "",
-        )
+        _wrapped(console, "`ksl size --example` prints a components file; with it, motors, gears, bearings and bolts are checked against these loads.", "")
         return
     _wrapped(console, sizing.verdict, "  ", _style(sizing.worst) or "bold")
 
@@ -67,7 +61,8 @@ def _print_choices(console: Console, choices: Sequence[Chosen], rounds: int) -> 
     priced = any(c.price is not None for c in choices)
     groups = [["joint"], ["kind", "chosen", "kg", *(["price"] if priced else []), "use", "worst figure"], ["next smaller fails"]]
     rows = [
-        [c.joint, c.kind, c.name, significant(c.mass), *([significant(c.price)] if priced else []), _use(c.utilisation).strip(), c.figure, c.why] for c in choices
+        [c.joint, c.kind, c.name, significant(c.mass), *([significant(c.price)] if priced else []), _use(c.utilisation).strip(), c.figure, c.why]
+        for c in choices
     ]
     console.out("\n".join(table_lines(groups, rows, max(console.width, 60))), highlight=False)
     for c in choices:
@@ -81,9 +76,7 @@ def _references(figures: Iterable[Figure]) -> dict[tuple[str, str], int]:
     return {pair: k for k, pair in enumerate(distinct, 1)}
 
 
-def _print_joint(
-    console: Console, figures: Sequence[Figure], references: dict[tuple[str, str], int], notes: dict[str, str]
-) -> None:
+def _print_joint(console: Console, figures: Sequence[Figure], references: dict[tuple[str, str], int], notes: dict[str, str]) -> None:
     console.print(Text(f"\n{figures[0].joint}", style="bold"), soft_wrap=True)
     names, values = max(len(f.figure) for f in figures), max(len(_value(f)) for f in figures)
     several = len({f.case for f in figures if f.case}) > 1
@@ -126,30 +119,19 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
     if not shown:
         return
     console.print(Text("\nUtilisation, worst first: 1 is at the limit", style="bold"))
-    columns: list[Callable[[Figure], str]] = [
-        lambda f: f.joint,
-        lambda f: f.component,
-        lambda f: f.figure,
-        _value,
-        _limit,
-    ]
+    columns: list[Callable[[Figure], str]] = [lambda f: f.joint, lambda f: f.component, lambda f: f.figure, _value, _limit]
     widths = [max(len(text(f)) for f in shown) for text in columns]
     # values and limits go to a line of their own where there is no room
     fitting = next((k for k in (5, 3) if 8 + sum(widths[:k]) + 2 * k <= console.width + 2), 2)
     if most is None and not console.is_terminal:  # a line for each figure, for programs
         fitting = 5
     for f in shown:
-        cells = [
-            f"{text(f):>{w}}" if k == 3 else f"{text(f):<{w}}"
-            for k, (text, w) in enumerate(zip(columns, widths, strict=True))
-        ]
+        cells = [f"{text(f):>{w}}" if k == 3 else f"{text(f):<{w}}" for k, (text, w) in enumerate(zip(columns, widths, strict=True))]
         lines = [f"  {_use(f.utilisation)}  " + "  ".join(cells[:fitting])] + ([" " * 10 + "  ".join(cells[fitting:]).strip()] if fitting < 5 else [])
         for line in lines:
             console.print(Text(line.rstrip(), style=_style(f)), soft_wrap=True)
     if len(compared) > len(shown):
-        console.print(
-            f"          and {len(compared) - len(shown)} more, of at most {_use(compared[len(shown)].utilisation).strip()}"
-        )
+        console.print(f"          and {len(compared) - len(shown)} more, of at most {_use(compared[len(shown)].utilisation).strip()}")
 
 
 def _limit(f: Figure) -> str:
@@ -160,13 +142,7 @@ def _use(utilisation: float | None) -> str:
     """A utilisation in six characters."""
     if utilisation is None or utilisation == float("inf"):
         return f"{'–' if utilisation is None else '∞':>6}"
-    return (
-        "<0.001"
-        if 0 < utilisation < 0.001
-        else f"{utilisation:6.3f}"
-        if utilisation < 100
-        else f"{significant(utilisation, 3):>6}"
-    )
+    return "<0.001" if 0 < utilisation < 0.001 else f"{utilisation:6.3f}" if utilisation < 100 else f"{significant(utilisation, 3):>6}"
 
 
 def _value(f: Figure) -> str:
@@ -181,28 +157,12 @@ def print_peaks(rows: Sequence[PeakRow], console: Console) -> None:
         several = len(cases) > 1
         about = "its origin" if own[0]["point"] == "0 0 0" else f"({', '.join(str(own[0]['point']).split())}) m from it"
         console.print()
-        _wrapped(
-            console,
-            f"{joint}: what acts together at each peak, on the child, about {about}"
-            + ("" if several else f"; case {cases.pop()}"),
-            "  ",
-            "bold",
-        )
+        _wrapped(console, f"{joint}: what acts together at each peak, on the child, about {about}" + ("" if several else f"; case {cases.pop()}"), "  ", "bold")
         columns = [name for name in HEADINGS if any(row[name] is not None for row in own)]
-        if all(
-            row["effort"] == row["axial_moment"] for row in own
-        ):  # the drive supplies what is about the axis, nothing else
+        if all(row["effort"] == row["axial_moment"] for row in own):  # the drive supplies what is about the axis, nothing else
             columns = [name for name in columns if name != "effort"]
             own = [row for row in own if not str(row["extreme"]).startswith("effort")]
-        cells = [
-            [
-                _extreme(str(row["extreme"])),
-                *(_number(row[name]) for name in columns),
-                _number(row["time"], 6),
-                str(row["case"]),
-            ]
-            for row in own
-        ]
+        cells = [[_extreme(str(row["extreme"])), *(_number(row[name]) for name in columns), _number(row["time"], 6), str(row["case"])] for row in own]
         headings = HEADINGS | (SLIDING if own[0]["unit"] == "m" else {})
         groups = [["peak"], [headings[name] for name in columns] + ["at s"] + (["case"] if several else [])]
         cells = cells if several else [row[:-1] for row in cells]
@@ -226,12 +186,5 @@ def _style(f: Figure | None) -> str:
 def _wrapped(console: Console, text: str, indent: str, style: str = "", first: str = "") -> None:
     """Lines of the console's width; a number stays with its name and its unit."""
     together = KEPT_TOGETHER.sub("\xa0", text)
-    for line in textwrap.wrap(
-        together,
-        max(console.width, 40),
-        initial_indent=first,
-        subsequent_indent=indent,
-        break_long_words=False,
-        break_on_hyphens=False,
-    ):
+    for line in textwrap.wrap(together, max(console.width, 40), initial_indent=first, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False):
         console.print(Text(line.replace("\xa0", " "), style=style), soft_wrap=True)

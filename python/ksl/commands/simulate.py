@@ -53,12 +53,23 @@ def simulate(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=f"Followed by the controller, or left at a time. {MOTION_HELP}")] = None,
     until: Annotated[float | None, typer.Option(metavar="S", help="End; otherwise that of MOTION.")] = None,
-    state: Annotated[str, typer.Option("--start", metavar="FILE", help="Begin in the state of this motion, its first or that of --from-time, and follow nothing; or at rest in a pose of TOML.")] = "",
+    state: Annotated[
+        str,
+        typer.Option(
+            "--start",
+            metavar="FILE",
+            help="Begin in the state of this motion, its first or that of --from-time, and follow nothing; or at rest in a pose of TOML.",
+        ),
+    ] = "",
     start: Annotated[float | None, typer.Option("--from-time", metavar="S", help="Begin in the state of MOTION, or of --start, at this time.")] = None,
-    pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position where it begins at rest, rad or m, or 90deg (repeatable); or a file, as of ksl hold.")] = [],
+    pose: Annotated[
+        list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position where it begins at rest, rad or m, or 90deg (repeatable); or a file, as of ksl hold.")
+    ] = [],
     velocity: Annotated[list[str], typer.Option(metavar="NAME=VALUE", help="Velocity where it begins, rad/s or m/s (repeatable).")] = [],
     controller: Annotated[str, typer.Option(metavar="none|gravity|pd|computed-torque", help="What drives the joints.")] = "none",
-    gains: Annotated[str, typer.Option(metavar="STIFFNESS,DAMPING", help="Of pd, N m/rad and N m s/rad; of computed-torque, 1/s² and 1/s; of gravity damping alone.")] = "",
+    gains: Annotated[
+        str, typer.Option(metavar="STIFFNESS,DAMPING", help="Of pd, N m/rad and N m s/rad; of computed-torque, 1/s² and 1/s; of gravity damping alone.")
+    ] = "",
     brake_at: Annotated[float | None, typer.Option("--brake-at", metavar="S", help="Brakes engage, and the drives have no effort from then on.")] = None,
     brake: Annotated[list[str], typer.Option(metavar="[NAME=]EFFORT", help="What brakes hold, N m or N; otherwise the effort limits (repeatable).")] = [],
     dry_friction: Annotated[list[str], typer.Option("--dry-friction", metavar="[NAME=]EFFORT", help="Dry friction that sticks and slips (repeatable).")] = [],
@@ -116,7 +127,9 @@ def simulate(
 
             found, files = read_cases(model, cases, None, motion, carried)
         else:
-            wanted, files = _how(model, until, state, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance)
+            wanted, files = _how(
+                model, until, state, start, pose, velocity, controller, gains, brake_at, brake, dry_friction, bounce, rate, method, step, tolerance
+            )
             case, read = _case(model, wanted, motion, carried)
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
@@ -219,7 +232,9 @@ def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Paylo
         followed = None if motion is None else read_motion(model, motion)
         with _progress() as progress:
             moved, kind = simulated_motion(model, how, followed, [], progress)
-    return LoadCase(model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brakes_from=brakes_from(how), kind=kind), ledger.files
+    return LoadCase(
+        model, moved, name="simulated", motion_file="" if motion is None else str(motion), payloads=carried, brakes_from=brakes_from(how), kind=kind
+    ), ledger.files
 
 
 @contextmanager

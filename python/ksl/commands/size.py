@@ -16,19 +16,43 @@ if TYPE_CHECKING:
 
 @app.command()
 def size(
-    results: Annotated[Path | None, typer.Argument(parser=results_with_a_name, metavar="RESULTS", help="Folder that `ksl loads` has written, or its wrenches.parquet.")] = None,
-    components: Annotated[Path | None, typer.Argument(metavar="COMPONENTS.toml", help="Components with catalogue numbers; without it, the simultaneous loads alone.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv.")] = None,
+    results: Annotated[
+        Path | None, typer.Argument(parser=results_with_a_name, metavar="RESULTS", help="Folder that `ksl loads` has written, or its wrenches.parquet.")
+    ] = None,
+    components: Annotated[
+        Path | None, typer.Argument(metavar="COMPONENTS.toml", help="Components with catalogue numbers; without it, the simultaneous loads alone.")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv."),
+    ] = None,
     joints: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only these joints.")] = "",
-    at: Annotated[list[str], typer.Option(metavar="JOINT=X,Y,Z", help="Point of the moments at the peaks, from the joint's origin in its axes, m; may be repeated.")] = [],
-    choose: Annotated[Path | None, typer.Option("--choose", metavar="CATALOGUE", help="Choose components for the tables [[choose]] of COMPONENTS.toml from a catalogue, TOML, CSV or xlsx.")] = None,
-    spectra: Annotated[bool, typer.Option("--spectra", help="Load spectra instead of figures: time and revolutions by torque and speed, rainflow matrices, loads of each bearing in classes.")] = False,
+    at: Annotated[
+        list[str], typer.Option(metavar="JOINT=X,Y,Z", help="Point of the moments at the peaks, from the joint's origin in its axes, m; may be repeated.")
+    ] = [],
+    choose: Annotated[
+        Path | None,
+        typer.Option(
+            "--choose", metavar="CATALOGUE", help="Choose components for the tables [[choose]] of COMPONENTS.toml from a catalogue, TOML, CSV or xlsx."
+        ),
+    ] = None,
+    spectra: Annotated[
+        bool,
+        typer.Option(
+            "--spectra", help="Load spectra instead of figures: time and revolutions by torque and speed, rainflow matrices, loads of each bearing in classes."
+        ),
+    ] = False,
     classes: Annotated[int, typer.Option("--classes", metavar="N", help="With --spectra: classes of each bearing's loads, at most.")] = 20,
     peaks: Annotated[bool, typer.Option("--peaks", help="Print what acts together at each peak, too.")] = False,
     brief: Annotated[bool, typer.Option("--brief", help="Print one line for each figure, without inputs and formulas.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON instead.")] = False,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="With -o: sizing.xlsx too, a workbook with a sheet for each table.")] = False,
-    fail_on: Annotated[list[str], typer.Option("--fail-on", metavar="utilisation|left-out", help="End with status 3 if a utilisation is above 1, or a figure is left out; may be repeated.")] = [],
+    fail_on: Annotated[
+        list[str],
+        typer.Option(
+            "--fail-on", metavar="utilisation|left-out", help="End with status 3 if a utilisation is above 1, or a figure is left out; may be repeated."
+        ),
+    ] = [],
     force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR, or files of others with its names.")] = False,
     example: Annotated[bool, typer.Option("--example", help="Print a commented components file, for the robot of RESULTS if they are given, and end.")] = False,
 ) -> None:
@@ -50,7 +74,10 @@ def size(
         if word not in ("utilisation", "left-out"):
             fail(f"--fail-on {word}: expected utilisation or left-out")
     if choose is not None and (spectra or components is None):
-        fail(f"--choose {choose}: " + ("--spectra has no components to choose" if spectra else "needs COMPONENTS.toml with tables [[choose]]: joint and kind of each choice"))
+        fail(
+            f"--choose {choose}: "
+            + ("--spectra has no components to choose" if spectra else "needs COMPONENTS.toml with tables [[choose]]: joint and kind of each choice")
+        )
     if xlsx and output is None:
         fail("--xlsx writes sizing.xlsx into a folder; give it by -o DIR")
     points = _points(at)

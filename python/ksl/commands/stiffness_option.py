@@ -13,9 +13,15 @@ if TYPE_CHECKING:
     from ksl.base.files_read import InputFile
     from ksl.model.model import Model
 
-Stiffness = Annotated[Path | None, typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints, which decide what rigid bodies leave open in a robot with loops.")]
+Stiffness = Annotated[
+    Path | None,
+    typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints, which decide what rigid bodies leave open in a robot with loops."),
+]
 
-StiffnessOfJoints = Annotated[Path | None, typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints: a table [JOINT] with axial, radial, tilting and motion for each.")]
+StiffnessOfJoints = Annotated[
+    Path | None,
+    typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints: a table [JOINT] with axial, radial, tilting and motion for each."),
+]
 
 
 def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tuple[Model, list[InputFile]]:

@@ -22,10 +22,14 @@ NO_PARAMETERS = ("joint", "quantity", "value", "unit", "case", "undetermined")
 def sweep(
     robot: Robot,
     description: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What is varied, and between what.")],
-    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results; a run that was stopped goes on there.")] = Path("sweep"),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results; a run that was stopped goes on there.")
+    ] = Path("sweep"),
     engine: Annotated[str, typer.Option(metavar="local|ray", help="Processes of this machine, or a Ray cluster.")] = "local",
     workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.")] = 0,
-    address: Annotated[str, typer.Option("--ray-address", metavar="ADDRESS", help="Of an existing Ray cluster; otherwise RAY_ADDRESS, or a new one here.")] = "",
+    address: Annotated[
+        str, typer.Option("--ray-address", metavar="ADDRESS", help="Of an existing Ray cluster; otherwise RAY_ADDRESS, or a new one here.")
+    ] = "",
     wrenches: Annotated[bool, typer.Option("--wrenches", help="Every wrench at every sample too: large.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the results of another sweep in DIR.")] = False,
     xacro: Xacro = None,
@@ -96,7 +100,11 @@ def print_results(results: SweepResults) -> None:
     if not shares and any(row.get(UNDETERMINED) == "yes" for row in rest):
         out.print(Text(FOOTNOTE))
     rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the time was dynamics"
-    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there, computed from these files'}{again_of(results.replaced)}"))
+    out.print(
+        Text(
+            f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there, computed from these files'}{again_of(results.replaced)}"
+        )
+    )
     out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)
 
 

@@ -10,14 +10,7 @@ import typer
 
 from ksl.commands.app import GroupedOptions, app, errors, fail
 from ksl.commands.motion_options import MotionOptions, of_motion
-from ksl.commands.options import (
-    DEFAULT_FRICTION_WIDTH,
-    Robot,
-    RobotOptions,
-    check_order,
-    of_robot,
-    read_model,
-)
+from ksl.commands.options import DEFAULT_FRICTION_WIDTH, Robot, RobotOptions, check_order, of_robot, read_model
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -34,12 +27,17 @@ NOTES = 5
 @of_motion(without=("resample", "start", "stop"))
 def view(
     robot: Robot,
-    motion: Annotated[Path | None, typer.Argument(metavar="MOTION|RESULTS", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Argument(metavar="MOTION|RESULTS", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest."),
+    ] = None,
     export: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write scene and playback into one file that opens offline, and end.")] = None,
     joint: Annotated[str, typer.Option(metavar="NAME", help="Joint that is selected first, whose wrench is written beside it.")] = "",
     case: Annotated[str, typer.Option(metavar="NAME", help="Which load case of the results; otherwise the first.")] = "",
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links along the motion: `time` and LINK.fx … LINK.tz.")] = None,
-    package_path: Annotated[list[Path], typer.Option(metavar="DIR", help="Folder in which packages of package:// meshes are looked for; may be repeated.")] = [],
+    package_path: Annotated[
+        list[Path], typer.Option(metavar="DIR", help="Folder in which packages of package:// meshes are looked for; may be repeated.")
+    ] = [],
     port: Annotated[int | None, typer.Option(metavar="PORT", help="Of the page, on 127.0.0.1; otherwise 8080 or a free one.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
     how: RobotOptions = RobotOptions(),
@@ -66,7 +64,9 @@ def view(
     results: Results | None = None
     try:
         if export is not None:
-            refuse_inputs([export], [file for file in (robot, motion, external, reading.map, None if how.loops in ("", "cut") else Path(how.loops)) if file is not None])
+            refuse_inputs(
+                [export], [file for file in (robot, motion, external, reading.map, None if how.loops in ("", "cut") else Path(how.loops)) if file is not None]
+            )
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
         model = _model(robot, results, how)

@@ -15,8 +15,16 @@ if TYPE_CHECKING:
 
 
 def written(
-    run: Run, output: Path, out: Console, csv: bool, force: bool, report: ReportFiles, beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
-    xlsx: bool = False, mcap: bool = False, mat: bool = False,
+    run: Run,
+    output: Path,
+    out: Console,
+    csv: bool,
+    force: bool,
+    report: ReportFiles,
+    beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
+    xlsx: bool = False,
+    mcap: bool = False,
+    mat: bool = False,
 ) -> list[str]:
     """The names of the files.  beside, xlsx, mcap, mat: as of :meth:`Run.write`."""
     if not out.is_terminal:

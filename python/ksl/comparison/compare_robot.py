@@ -69,7 +69,9 @@ def compare(
         with TemporaryDirectory() as folder:  # other libraries read files
             path = Path(folder) / "robot.urdf"
             path.write_bytes(made.contents)
-            return replace(compare(path, libraries, floating_base=floating_base, strict=strict, model=model, physics=physics, states=states, seed=seed), file=made.name)
+            return replace(
+                compare(path, libraries, floating_base=floating_base, strict=strict, model=model, physics=physics, states=states, seed=seed), file=made.name
+            )
     file, notes, said = _read(robot, floating_base, strict, model, physics)
     for line in said:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
@@ -108,12 +110,14 @@ def _read(
         model = load(robot, floating_base, "independent", strict, model=chosen, physics=on, loops="cut")
     contents = _core.file_bytes(os.fsencode(model.file))
     if b"<" not in contents[: 1 << 16]:
-        raise DescriptionError(f"{model.file}: is no XML; compared are URDF, SDF and MJCF, which other libraries read, too: ksl.load(…).to_urdf(path) writes URDF")
+        raise DescriptionError(
+            f"{model.file}: is no XML; compared are URDF, SDF and MJCF, which other libraries read, too: ksl.load(…).to_urdf(path) writes URDF"
+        )
     notes = []
     if default.follower_names:
-        notes.append(Note("mimic", f"KSL couples mimic joints to their leaders ({', '.join(default.follower_names[:5])}); compared with mimic=\"independent\""))
+        notes.append(Note("mimic", f'KSL couples mimic joints to their leaders ({", ".join(default.follower_names[:5])}); compared with mimic="independent"'))
     if default.loops:
-        notes.append(Note("loops", f"KSL closes {len(default.loops)} loop{'s' if len(default.loops) > 1 else ''}; compared are the trees, loops=\"cut\""))
+        notes.append(Note("loops", f'KSL closes {len(default.loops)} loop{"s" if len(default.loops) > 1 else ""}; compared are the trees, loops="cut"'))
     format_ = {"mujoco": "mjcf", "sdf": "sdf"}.get(root_element(contents) or "", "urdf")
     return File(os.path.abspath(model.file), contents, format_, model, bool(floating_base), chosen), notes, tuple(default.warnings)
 

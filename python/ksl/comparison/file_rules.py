@@ -19,15 +19,15 @@ RULES = {
     ("pinocchio", "friction"): "it keeps model.friction, and applies it nowhere",
     ("pinocchio", "gravity"): "model.gravity is (0, 0, -9.81) whatever the file says",
     ("pinocchio", "masses"): "a link without <inertial> has no mass there, either",
-    ("drake", "damping"): "damping of a joint (<dynamics damping> in URDF) is a force element, which CalcForceElementsContribution and forward dynamics include",
+    (
+        "drake",
+        "damping",
+    ): "damping of a joint (<dynamics damping> in URDF) is a force element, which CalcForceElementsContribution and forward dynamics include",
     ("drake", "rotor"): "drake:rotor_inertia and drake:gear_ratio of a transmission's actuator add to the diagonal of the mass matrix",
     ("drake", "masses"): "Drake's parser replaces tensors that no body can have, and says so; KSL warns and keeps them, `ksl check` shows them",
     ("drake", "gravity"): "9.81 m/s² down z, whatever the file says",
 }
-GENERAL = {
-    "masses": "masses, centroids or tensors of bodies are others there",
-    "gravity": "programs choose it, and files of some formats",
-}
+GENERAL = {"masses": "masses, centroids or tensors of bodies are others there", "gravity": "programs choose it, and files of some formats"}
 """What is said of libraries for which there is no sentence of its own."""
 
 

@@ -120,7 +120,11 @@ def _of_jacobians(ksl: Numbers, numbers: Numbers) -> list[Note]:
         ):
             notes = [Note("order", "its Jacobians are angular first", (JACOBIANS,))] if swapped else []
             where = [text for text, is_so in (("in world axes", world_axes), ("about the world's origin", world_point)) if is_so]
-            return [*notes, Note("frame", f"its Jacobians are {' and '.join(where)}; KSL's in the link's axes, about its origin", (JACOBIANS,))] if where else notes
+            return (
+                [*notes, Note("frame", f"its Jacobians are {' and '.join(where)}; KSL's in the link's axes, about its origin", (JACOBIANS,))]
+                if where
+                else notes
+            )
     return []
 
 

@@ -96,4 +96,7 @@ class Comparison:
 
     def as_dict(self) -> dict[str, Any]:
         """All of it as plain values, for JSON."""
-        return asdict(self) | {"libraries": [asdict(x) | {"differing": x.differing, "unexplained": x.unexplained, "status": x.status} for x in self.libraries], "status": self.status}
+        return asdict(self) | {
+            "libraries": [asdict(x) | {"differing": x.differing, "unexplained": x.unexplained, "status": x.status} for x in self.libraries],
+            "status": self.status,
+        }

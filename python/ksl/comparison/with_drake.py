@@ -64,7 +64,9 @@ class RobotInDrake(OtherRobot):
         log.handlers, log.propagate = [handler], False
         try:
             if self.file.format == "urdf" and b"<mimic" in self.file.contents:
-                self.conventions.append(Note("mimic", "joints that mimic others are constraints, which a plant in continuous time refuses; read without <mimic>"))
+                self.conventions.append(
+                    Note("mimic", "joints that mimic others are constraints, which a plant in continuous time refuses; read without <mimic>")
+                )
                 Parser(self.plant).AddModelsFromString(text(without(self.file.contents, "joint", "mimic")), "urdf")
             elif self.file.chosen is not None:
                 Parser(self.plant).AddModelsFromString(text(of_one_model(self.file.contents, self.file.chosen)), "sdf")
@@ -73,7 +75,9 @@ class RobotInDrake(OtherRobot):
             root = self.plant.GetBodyByName(self.model.root) if self.plant.HasBodyNamed(self.model.root) else None
             if self.file.format == "urdf" and not self.file.floating_base and root is not None and self.model.root != "world":
                 self.plant.WeldFrames(self.plant.world_frame(), root.body_frame())
-                self.conventions.append(Note("base", "the root floats unless a program welds it, which was done; KSL's stands unless floating_base asks for it"))
+                self.conventions.append(
+                    Note("base", "the root floats unless a program welds it, which was done; KSL's stands unless floating_base asks for it")
+                )
             self.plant.Finalize()
         except (ValueError, RuntimeError) as e:
             raise NotLoaded(f"it refuses the file: {said_by(e)}") from None

@@ -55,7 +55,9 @@ class RobotInMujoco(OtherRobot):
         except Refused as e:
             if file.format == "mjcf":
                 raise NotLoaded(f"its compiler refuses the file: {said_by(e)}") from None
-            self.conventions.append(Note("geometry", f"it refuses the file ({said_by(e)[:200]}); read without shapes and meshes, which changes no number of links with <inertial>"))
+            self.conventions.append(
+                Note("geometry", f"it refuses the file ({said_by(e)[:200]}); read without shapes and meshes, which changes no number of links with <inertial>")
+            )
         robot = without(file.contents, "link", "visual", "collision")
         try:
             return compiled(file.path, text(on_floating_joint(robot, file.model) if file.floating_base else robot), self.said.append)
@@ -68,11 +70,20 @@ class RobotInMujoco(OtherRobot):
             say(Note("quaternion", "w x y z; KSL has x y z w"))
         if "floating" in kinds:
             say(Note("base", "linear velocity and force of a free body are in world axes, its angular ones in the body's; KSL has both in the body's"))
-        say(Note("frame", "mj_jacBody has translation and rotation apart, in world axes at the body's origin; KSL's jacobian is in the link's axes, linear first"))
+        say(
+            Note(
+                "frame", "mj_jacBody has translation and rotation apart, in world axes at the body's origin; KSL's jacobian is in the link's axes, linear first"
+            )
+        )
         gone = [link for link in self.model.link_names if link not in self.body] if self.file.format == "urdf" else []
         if gone:
             names = f"{', '.join(gone[:5])}{f' and {len(gone) - 5} more' if len(gone) > 5 else ''}"
-            say(Note("lumped links", f"in URDF, links welded to others are parts of these and have no frame (compiler, fusestatic), and the root is the world: {names}"))
+            say(
+                Note(
+                    "lumped links",
+                    f"in URDF, links welded to others are parts of these and have no frame (compiler, fusestatic), and the root is the world: {names}",
+                )
+            )
         say(Note("constraints", "limits, contacts, dry friction and equality constraints are switched off (mjDSBL_CONSTRAINT): they are soft forces there"))
 
     def place(self, joint: Joint) -> Place | None:

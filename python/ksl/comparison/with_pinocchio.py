@@ -40,7 +40,11 @@ class RobotInPinocchio(OtherRobot):
         say, names = self.conventions.append, self.model.joint_names
         order = sorted(range(len(names)), key=lambda i: int(self.p.joints[self._id(self.model.joint(names[i]))].idx_v))
         if order != sorted(order):
-            say(Note("order", f"joints are depth first with children sorted by name ({', '.join(names[i] for i in order[:4])} …); KSL has the order of the file"))
+            say(
+                Note(
+                    "order", f"joints are depth first with children sorted by name ({', '.join(names[i] for i in order[:4])} …); KSL has the order of the file"
+                )
+            )
         turning = [name for name in names if self.model.joint(name).kind == "continuous"]
         if turning:
             say(Note("quaternion", f"a continuous joint has cosine and sine in q, KSL its angle ({len(turning)} joints)"))

@@ -93,4 +93,6 @@ class Actuation(EffortMap):
     def with_rotors(self) -> Actuation:
         """The same map of a model whose physics name rotors and armatures, too."""
         physics = list(dict.fromkeys([*self.model.physics, "armature", *([] if "rotor bodies" in self.model.physics else ["rotor"])]))
-        return self if set(physics) == set(self.model.physics) else Actuation(self.model.with_physics(physics, self.model.friction_width), self.joints, self.start)
+        return (
+            self if set(physics) == set(self.model.physics) else Actuation(self.model.with_physics(physics, self.model.friction_width), self.joints, self.start)
+        )

@@ -39,7 +39,9 @@ def half_widths(to_motors: Array, limits: Array) -> Array:
         b[left], multiplier[left], ended = _iteration(A[left], b[left], multiplier[left])
         left = left[~ended]
     if len(left):
-        raise ResultError(f"the largest box of state {left[0]} is not found in {ITERATIONS} iterations: motors' limits there differ by more than the precision; it is near where motors hold nothing")
+        raise ResultError(
+            f"the largest box of state {left[0]} is not found in {ITERATIONS} iterations: motors' limits there differ by more than the precision; it is near where motors hold nothing"
+        )
     half: Array = b / scale
     return half
 

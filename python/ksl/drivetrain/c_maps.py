@@ -37,7 +37,11 @@ def maps_in_c(a: MotionMap, q: Array, name: str) -> dict[str, str]:
     tree, order = _alone(a, balls)
     rows = rods + rows_of_loops(a.equations, a.start, [a.model.joint(name).child for name in balls])
     links = list(dict.fromkeys([link for row in rows for link, _ in row.sides] + [rod.link for rod in idle]))
-    functions = functions_of(tree, [f"frame_poses:{'+'.join(links)}", *(f"jacobian:{link}" for link in links)], arguments_given(tree, []), False, "refuse") if links else []
+    functions = (
+        functions_of(tree, [f"frame_poses:{'+'.join(links)}", *(f"jacobian:{link}" for link in links)], arguments_given(tree, []), False, "refuse")
+        if links
+        else []
+    )
     code = Code(tree, prefix, "double", False, functions)
     Q = a.state(q)[0]
     states = np.zeros((len(q), tree.nq))
@@ -47,7 +51,10 @@ def maps_in_c(a: MotionMap, q: Array, name: str) -> dict[str, str]:
             states[:, joint.q_index : joint.q_index + joint.nq] = Q[:, of.q_index : of.q_index + of.nq]
     index = {i: k for k, i in enumerate(order)}
     of_joints, of_motors = ([index[i] for i in part] for part in (a.part.of_joints, a.part.of_motors))
-    maps = [_direction(tree, f"{prefix}_{word}", *sides, states, rows, idle) for word, sides in (("motors_of", (of_joints, of_motors)), ("joints_of", (of_motors, of_joints)))]
+    maps = [
+        _direction(tree, f"{prefix}_{word}", *sides, states, rows, idle)
+        for word, sides in (("motors_of", (of_joints, of_motors)), ("joints_of", (of_motors, of_joints)))
+    ]
     text = MapText(a, tree, code, links, rows, idle, maps)
     files = {file: x for file, x in code.files().items() if file in (f"{prefix}.h", f"{prefix}.c")} if links else {}
     return files | {f"{prefix}_maps.h": text.header(), f"{prefix}_maps.c": text.source()}
@@ -60,7 +67,11 @@ def _alone(a: MotionMap, balls: Sequence[str]) -> tuple[Model, list[int]]:
         if joint.nv and joint.v_index in a.part.all and joint.nq != joint.nv and joint.kind != "spherical":
             raise ValueError(f"joint {joint.name} is {joint.kind}, and C of maps has no such joint; the Python map has it")
     bare, neutral = m.with_physics(None).without_loops(), m.neutral()
-    others = {joint.name: neutral[joint.q_index : joint.q_index + joint.nq] for joint in bare.joints if joint.nv and (joint.v_index not in a.part.all or joint.name in balls)}
+    others = {
+        joint.name: neutral[joint.q_index : joint.q_index + joint.nq]
+        for joint in bare.joints
+        if joint.nv and (joint.v_index not in a.part.all or joint.name in balls)
+    }
     tree = bare.with_frozen_joints(others) if others else bare
     order = [0] * tree.nv
     for joint in tree.joints:

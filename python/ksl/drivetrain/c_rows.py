@@ -111,7 +111,9 @@ def rows_of_loops(equations: Equations, q: Array, without: Sequence[str]) -> lis
     links = {link for row in candidates for link, _ in row.sides}
     poses, jacobians = ({link: f(q, link) for link in links} for f in (tree.frame_pose, tree.jacobian))
     scale = {"length": 1.0 / equations.length}
-    G = np.array([scale.get(row.what, 1.0) * row.numbers(poses, jacobians)[1][equations.part.all] for row in candidates]).reshape(len(candidates), len(equations.part.all))
+    G = np.array([scale.get(row.what, 1.0) * row.numbers(poses, jacobians)[1][equations.part.all] for row in candidates]).reshape(
+        len(candidates), len(equations.part.all)
+    )
     chosen: list[int] = []
     for _ in range(count):  # the one that is farthest from those that are chosen
         sizes = np.linalg.norm(G, axis=1)

@@ -99,7 +99,12 @@ class EffortMap(MotionMap):
             if joint.nv:
                 damping[joint.v_index : joint.v_index + joint.nv] = joint.damping
         B = self.equations.motions(self.start[None], self.part.of_joints)[0]
-        return {joint.name: float(B[:, k] @ (damping * B[:, k])) for k, i in enumerate(self.part.of_joints) for joint in self.model.joints if joint.nv and joint.v_index == i}
+        return {
+            joint.name: float(B[:, k] @ (damping * B[:, k]))
+            for k, i in enumerate(self.part.of_joints)
+            for joint in self.model.joints
+            if joint.nv and joint.v_index == i
+        }
 
     # limits
 
@@ -150,7 +155,6 @@ class EffortMap(MotionMap):
             motor = self.motors[int(np.argmin(np.isfinite(limits)))]
             raise ValueError(f"motor {motor!r}: it has no {what} limit, so that {what}s of the joints have none; give it one in the file")
         return limits
-
 
 
 def _sides(half: Array, leading: tuple[int, ...]) -> Array:

@@ -38,7 +38,9 @@ class Equations:
         self.length = mobility.length or 1.0
         left = len(part.all) - len(self.rows) - len(self.rods)
         if left != len(part.of_joints) and mobility.mobility > freedoms(m):
-            raise ValueError(f"the equations of {part.loops[0].name} lose rank at the start, where the mechanism has a freedom for an instant; pass start= of another closed position")
+            raise ValueError(
+                f"the equations of {part.loops[0].name} lose rank at the start, where the mechanism has a freedom for an instant; pass start= of another closed position"
+            )
         require_enough(m, part, left)
 
     def rows_of_forces(self) -> list[list[int]]:

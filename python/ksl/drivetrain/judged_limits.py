@@ -56,10 +56,7 @@ def judged_limits(a: EffortMap, joints: dict[str, Joint] | None = None, file: st
         if joint is None or joint.nv > 1:
             continue
         found += _positions(a, at, joint, file)
-        for what, given, alone, box in (
-            ("effort", joint.effort, a.effort_alone, a.effort_box),
-            ("velocity", joint.velocity, a.velocity_alone, a.velocity_box),
-        ):
+        for what, given, alone, box in (("effort", joint.effort, a.effort_alone, a.effort_box), ("velocity", joint.velocity, a.velocity_alone, a.velocity_box)):
             if given and a.has_limits("effort" if what == "effort" else "velocity"):
                 found.append(_of_motors(file, name, what, given, alone(q)[:, k], box(q)[:, k, 1].min()))
     return found
@@ -69,14 +66,22 @@ def _of_motors(file: str, name: str, what: str, given: float, alone: Array, box:
     least, most = float(alone.min()), float(alone.max())
     share = float(np.mean(alone < given * (1 - ROUNDED)))
     judgement: Judgement = "too large" if share == 1.0 else "partly too large" if share > 0 else "too small" if least > given * (1 + ROUNDED) else "true"
-    said = {"too large": "motors give it nowhere", "partly too large": f"motors don't give it in {max(share, 0.01):.0%} of the range", "too small": "motors give more everywhere", "true": ""}
+    said = {
+        "too large": "motors give it nowhere",
+        "partly too large": f"motors don't give it in {max(share, 0.01):.0%} of the range",
+        "too small": "motors give more everywhere",
+        "true": "",
+    }
     return JudgedLimit(file, name, what, given, least, most, float(box), judgement, said[judgement], share)
 
 
 def _positions(a: EffortMap, at: Array, joint: Joint, file: str) -> list[JudgedLimit]:
     r = range_of(a, joint.name, at, limits=True, own=False)
     found = []
-    for what, given, end, by, whose, sign in (("lower", joint.lower, r.lower, r.lower_by, r.lower_name, -1), ("upper", joint.upper, r.upper, r.upper_by, r.upper_name, 1)):
+    for what, given, end, by, whose, sign in (
+        ("lower", joint.lower, r.lower, r.lower_by, r.lower_name, -1),
+        ("upper", joint.upper, r.upper, r.upper_by, r.upper_name, 1),
+    ):
         if given is None:
             continue
         beyond = sign * (given - end) > ROUNDED * max(1.0, abs(given))

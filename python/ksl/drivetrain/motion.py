@@ -53,7 +53,9 @@ class MotionMap:
         moved = float(np.abs(m.difference(start, found.q)).max(initial=0.0)) if is_given else 0.0
         if not found.converged:
             where = "start" if is_given else "the neutral position"
-            raise ValueError(f"{where}: no closed position of {m.name or m.file} is found from it ({found.reason}, open by {float(found.error):.3g} m); pass start= of a closed one")
+            raise ValueError(
+                f"{where}: no closed position of {m.name or m.file} is found from it ({found.reason}, open by {float(found.error):.3g} m); pass start= of a closed one"
+            )
         if moved > 1e-6:
             raise ValueError(f"start is open: the nearest closed position is {moved:.3g} rad or m away; pass m.close(start).q")
         return np.array(found.q, dtype=float)
@@ -93,7 +95,9 @@ class MotionMap:
             k = int(np.argmax(lost))
             names = self.joints if held == self.part.of_joints else self.motors
             said = f"{what}{'' if len(Q) == 1 else f' of state {k}'}: {listed(names)} = {np.array2string(targets[k], precision=6, separator=', ')}"
-            raise ValueError(f"{said} is out of reach on the assembly of the start; range(joint) says how far it reaches, and unreachable=\"nan\" gives NaN for such rows")
+            raise ValueError(
+                f'{said} is out of reach on the assembly of the start; range(joint) says how far it reaches, and unreachable="nan" gives NaN for such rows'
+            )
         return Q.reshape(*leading, self.model.nq)
 
     def state(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, carrier: Carrier | None = None) -> tuple[Array, Array, Array]:
@@ -157,7 +161,9 @@ class MotionMap:
         weak = np.linalg.svd(W / self._sizes, compute_uv=False).min(axis=1) < WEAK
         if weak.any():
             state = "" if len(W) == 1 else f" of state {int(np.argmax(weak))}"
-            raise ValueError(f"q{state}: {listed(self.motors)} hold nothing there: joints move while the motors stand still, and no efforts of motors hold them; range(joint) says where that is")
+            raise ValueError(
+                f"q{state}: {listed(self.motors)} hold nothing there: joints move while the motors stand still, and no efforts of motors hold them; range(joint) says where that is"
+            )
         return np.asarray(np.linalg.inv(W))
 
     # rates
@@ -225,4 +231,3 @@ def rows_of(*inputs: tuple[ArrayLike, str, int]) -> tuple[list[Array], tuple[int
     arrays = {name: finite_rows(x, name, columns) for x, name, columns in inputs}
     leading = leading_shape(arrays)
     return [np.broadcast_to(x, (*leading, x.shape[-1])).reshape(int(np.prod(leading)), x.shape[-1]) for x in arrays.values()], leading
-

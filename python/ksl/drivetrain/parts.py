@@ -51,7 +51,9 @@ def part_of(m: Calls, joints: Iterable[str]) -> Part:
     for joint in named:
         if not any(other.name in drives and groups[other.v_index] == groups[joint.v_index] for other in within):
             where = "that lie in its loops" if _in_loop(m, joint) else "and it lies in no loop, so that it would have to be its own"
-            raise ValueError(f"joint {joint.name!r}: no motor moves it: none of the drives, {listed(drives) or 'of which there are none'}, is among the joints {where}; add the drive")
+            raise ValueError(
+                f"joint {joint.name!r}: no motor moves it: none of the drives, {listed(drives) or 'of which there are none'}, is among the joints {where}; add the drive"
+            )
     motors = [m.joint(name) for name in drives if m.joint(name) in within]
     others = [joint.name for joint in within if joint not in named and joint not in motors]
     ways = {loop.name: ways_of(m, loop) for loop in m.loops}
@@ -66,13 +68,17 @@ def require_enough(m: Calls, part: Part, freedoms: int) -> None:
     """Refuses joints and motors that are not as many as the freedoms of the mechanism, and names those that are missing."""
     named, moving = len(part.of_joints), len(part.of_motors)
     if moving < freedoms:
-        raise ValueError(f"the motors, {listed(part.motors)}, leave a freedom of the mechanism, which has {freedoms}; name the drives that it has, by m.with_drives([…])")
+        raise ValueError(
+            f"the motors, {listed(part.motors)}, leave a freedom of the mechanism, which has {freedoms}; name the drives that it has, by m.with_drives([…])"
+        )
     if named > moving:
         said = f"{listed(part.joints)} have {named} coordinates, and the motors that move them, {listed(part.motors)}, are {moving}"
         raise ValueError(f"joints: more joints than motors: {said}; name {moving}")
     if named < freedoms:
         missing = [name for name in outputs(m, part) if name not in part.joints] or list(part.followers)
-        raise ValueError(f"joints: {listed(part.motors)} move {listed(missing)} as well as {listed(part.joints)}; name them, too: [{', '.join(map(repr, (*part.joints, *missing)))}]")
+        raise ValueError(
+            f"joints: {listed(part.motors)} move {listed(missing)} as well as {listed(part.joints)}; name them, too: [{', '.join(map(repr, (*part.joints, *missing)))}]"
+        )
     if moving > freedoms:
         said = f"{listed(part.motors)} are {moving} motors of {freedoms} freedoms, so that many efforts give the same motion"
         raise ValueError(f"joints: {said}; say with m.with_drives([…]) which of them move it")
@@ -107,7 +113,9 @@ def _joint(m: Calls, name: str) -> Joint:
         said = f"follows {joint.leader!r}; name that one" if joint.leader else "is fixed, and nothing moves it; name joints that move"
         raise ValueError(f"joints: {name!r} {said}")
     if joint.quaternion is not None:
-        raise ValueError(f"joints: {name!r} is {joint.kind}, and its position is a quaternion; describe it by hinges about crossing axes, whose positions are numbers")
+        raise ValueError(
+            f"joints: {name!r} is {joint.kind}, and its position is a quaternion; describe it by hinges about crossing axes, whose positions are numbers"
+        )
     return joint
 
 

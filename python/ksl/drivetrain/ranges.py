@@ -45,7 +45,9 @@ def range_of(a: MotionMap, joint: str, at: ArrayLike | None, limits: bool, own: 
     if joint not in a.joints:
         raise ValueError(f"joint={joint!r}; expected one of {', '.join(a.joints)}")
     if a.model.joint(joint).nv > 1:
-        raise ValueError(f"joint={joint!r} has several coordinates, so that no one range is its own; ask at which positions motors_of(q, unreachable=\"nan\") has numbers")
+        raise ValueError(
+            f'joint={joint!r} has several coordinates, so that no one range is its own; ask at which positions motors_of(q, unreachable="nan") has numbers'
+        )
     given.flag(limits, "limits")
     return range_of_column(a, a.part.of_joints.index(a.model.joint(joint).v_index), at, limits, own)
 

@@ -33,7 +33,9 @@ class RodsCut:
     @cached_property
     def without_rods(self) -> Model:
         if self.carried_by:
-            raise ValueError(f"joints: {self.carried_by} carry them, so that no tree of these joints alone is left when the mechanism is cut; name joints that hang on no crank or rod")
+            raise ValueError(
+                f"joints: {self.carried_by} carry them, so that no tree of these joints alone is left when the mechanism is cut; name joints that hang on no crank or rod"
+            )
         return self.tree.with_parameters({link: np.zeros(10) for link in self.links})
 
     @cached_property

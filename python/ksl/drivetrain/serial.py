@@ -50,7 +50,9 @@ def serial_model(a: EffortMap, whole: EffortMap, at: ArrayLike | None, limits: L
     """As :meth:`ksl.Actuation.serial_model`; whole: the map with rotors."""
     one_of(limits, "limits", "safe", "mean")
     if several := [name for name in a.joints if a.model.joint(name).nv > 1]:
-        raise ValueError(f"joint {several[0]!r} is {a.model.joint(several[0]).kind}, and its armature would be one number for all its coordinates; describe it by hinges for a serial model")
+        raise ValueError(
+            f"joint {several[0]!r} is {a.model.joint(several[0]).kind}, and its armature would be one number for all its coordinates; describe it by hinges for a serial model"
+        )
     m, cut, q = a.model, a.rods_cut, place_of(a, at)
     target = np.diag(np.asarray(cut.without_rods.mass_matrix(a.state(q)[0]))[np.ix_(*[a.equations.part.of_joints] * 2)]) + np.diag(a.reflected_inertia(q))
     samples = usable_positions(a, q, SAMPLES)

@@ -121,7 +121,10 @@ class Batch:
 
     def memory(self) -> str:
         """Declarations of what has lanes or rows.  kept: so many packs of the caller's memory are taken."""
-        lanes, packs = f"{self.prefix}lanes", [*self.function.recording.inputs, *((name, size) for (name, _, _), size in zip(self.results, self.distinct)), ("w", self.printer.kept)]
+        lanes, packs = (
+            f"{self.prefix}lanes",
+            [*self.function.recording.inputs, *((name, size) for (name, _, _), size in zip(self.results, self.distinct)), ("w", self.printer.kept)],
+        )
         packs = [(name, size * self.printer.blocks) for name, size in packs]
         rows = [(f"{name}_last", size) for name, size, _ in (*self.inputs, *self.results)]
         if sum(size for _, size in packs) <= MOST_LOCAL:
@@ -144,7 +147,9 @@ class Batch:
         text["BLOCKS"] = str(self.printer.blocks)
         text["LISTED"] = ", ".join(f"{name}_l" for name in (*given, "w"))
         squares, most = ROWS[self.function.row].needs_mass, LARGEST[ROWS[self.function.row].needs_mass][self.scalar]
-        ordinary = " && ".join(f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for (_, _, place), size in zip(self.results, self.distinct))
+        ordinary = " && ".join(
+            f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for (_, _, place), size in zip(self.results, self.distinct)
+        )
         text["STOP"] = f"      if (!({ordinary}))\n        return k;\n" if self.of_library else ""
         text["MEMORY"] = "".join(map(_table, self.tables, self.tables.values())) + text["MEMORY"]
         for templates, all_ in ((INPUT, self.inputs), (RESULT, self.results)):
@@ -152,7 +157,10 @@ class Batch:
                 text[part] = text.get(part, "") + "".join(
                     template.replace("STORED", "store_chosen" if f"{name}_at" in self.tables else "store")
                     .replace("CHOSEN", f"{name}_at, " if f"{name}_at" in self.tables else "")
-                    .replace("SIZE", str(size)).replace("PLACE", place).replace("X_", f"{name}_").replace("[K]", f"[{k}]")
+                    .replace("SIZE", str(size))
+                    .replace("PLACE", place)
+                    .replace("X_", f"{name}_")
+                    .replace("[K]", f"[{k}]")
                     for k, (name, size, place) in enumerate(all_)
                 )
         loop = LOOP.replace("$NUMBER$", str(self.number))
@@ -197,5 +205,13 @@ def source(functions: Sequence[Function], prefix: str, scalar: str, lanes: int) 
     batches = [Batch(function, number, prefix, scalar, lanes) for number, function in enumerate(functions)]
     parts = [INCLUDED, definitions(batches, judged=True)]
     for number, batch in enumerate(batches):
-        parts += [batch.text(), in_words(f"size_t @call_{number}(size_t n, const @rows *inputs, const @rows *results, void *memory) {{\n  return @states_{number}(n, inputs, results, (@lanes *)memory);\n}}\n", prefix, scalar, lanes)]
+        parts += [
+            batch.text(),
+            in_words(
+                f"size_t @call_{number}(size_t n, const @rows *inputs, const @rows *results, void *memory) {{\n  return @states_{number}(n, inputs, results, (@lanes *)memory);\n}}\n",
+                prefix,
+                scalar,
+                lanes,
+            ),
+        ]
     return "\n".join(parts), [batch.kept * lanes * (8 if scalar == "double" else 4) for batch in batches]

@@ -97,7 +97,12 @@ class Printer:
         read = {self.pointers[int(self.of.numbers[i])] for i in steps if self.operations[i] == Operation.INPUT}
         unread = "".join(f"  (void){name};\n" for name in (*(name for name, _ in self.of.inputs if name not in read), *self.maybe_unread))
         head = f"{self.storage}void {name}({self.parameters()}) {{\n{unread}"
-        constants = "".join(f"  {target} = {self.constant(step)};\n" for step, targets in self.written.items() if self.operations[step] == Operation.CONSTANT for target in targets)
+        constants = "".join(
+            f"  {target} = {self.constant(step)};\n"
+            for step, targets in self.written.items()
+            if self.operations[step] == Operation.CONSTANT
+            for target in targets
+        )
         if len(steps) <= self.straight:
             body = "".join(self.statements(steps, {}, {}))
             return f"{head}{body}{constants}}}\n"

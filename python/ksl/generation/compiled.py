@@ -42,7 +42,9 @@ def compiled(
         if (function.recording.outputs < 0).any():
             raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and isn't compiled; the whole matrix is")
         if function.recording.has_library_sine:
-            raise ArgumentError(f"algorithms: {function.row} of this robot takes sines of the C library, whose bits code in lanes can't have; call the model for it")
+            raise ArgumentError(
+                f"algorithms: {function.row} of this robot takes sines of the C library, whose bits code in lanes can't have; call the model for it"
+            )
     lanes = instruction_bytes(_core.instruction_set()) // (4 if single else 8)
     text, memory = source(functions, PREFIX, scalar, lanes)
     library = load(text, find_compiler(compiler))
@@ -50,7 +52,18 @@ def compiled(
     for number, function in enumerate(functions):
         address = ctypes.cast(getattr(library, f"{PREFIX}call_{number}"), ctypes.c_void_p).value
         assert address is not None
-        code.append((algorithms[number], function.row, function.request, [model.link_names.index(link) for link in function.arguments.external], single, lanes, memory[number], address))
+        code.append(
+            (
+                algorithms[number],
+                function.row,
+                function.request,
+                [model.link_names.index(link) for link in function.arguments.external],
+                single,
+                lanes,
+                memory[number],
+                address,
+            )
+        )
     return with_code(model, code)
 
 

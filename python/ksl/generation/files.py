@@ -146,7 +146,9 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
             lines += textwrap.wrap(f"Of {', '.join(map(comment, of.names))}.", WIDTH)
         lines += (line for text in argument_texts(of.arguments) for line in textwrap.wrap(text, WIDTH))
         if self.model.loops:
-            lines += textwrap.wrap("Of a closed mechanism, by the pivots of its plan: NaN at positions that are not closed, and where these pivots are too small.", WIDTH)
+            lines += textwrap.wrap(
+                "Of a closed mechanism, by the pivots of its plan: NaN at positions that are not closed, and where these pivots are too small.", WIDTH
+            )
         lines.append(self.counted(of))
         return "/* " + "\n   ".join(line.strip() for line in lines) + " */\n"
 
@@ -160,7 +162,10 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
         trigonometric = any(f.recording.angles for f in self.functions)
         sine = sine_cosine(f"{self.prefix}math_", self.scalar) + "\n" if trigonometric else ""
         bodies = "\n".join(Printer(f.recording, self.prefix).function(self.function(f)) for f in self.functions)
-        part = "" if "_part_1(" not in bodies else f"""\
+        part = (
+            ""
+            if "_part_1(" not in bodies
+            else f"""\
 /* Parts of long functions stay apart: compilers take more than linear time for one function. */
 #if defined(__GNUC__)
 #define {self.macro}_PART __attribute__((noinline))
@@ -169,6 +174,7 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
 #endif
 
 """
+        )
         contract = "" if self.contract else NOT_FUSED
         return f"""\
 /* {self.first_line()} */
@@ -183,13 +189,17 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
 {part}{sine}{bodies}"""
 
     def cmake(self) -> str:
-        flag = "" if self.contract else f"target_compile_options({self.name} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>) # results are the same everywhere\n"
+        flag = (
+            ""
+            if self.contract
+            else f"target_compile_options({self.name} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>) # results are the same everywhere\n"
+        )
         return f"""\
 cmake_minimum_required(VERSION 3.16)
 project({self.name} C)
 set(CMAKE_C_STANDARD 99)
 
-add_library({self.name} STATIC {self.name}.c{f' {self.name}_lanes.c' if self.lanes else ''})
+add_library({self.name} STATIC {self.name}.c{f" {self.name}_lanes.c" if self.lanes else ""})
 target_include_directories({self.name} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
 {flag}if(UNIX)
   target_link_libraries({self.name} PUBLIC m)
@@ -241,10 +251,23 @@ endif()
         return "KSL's own library computes one state of so large a mechanism faster than straight code does: it takes bodies in lanes (Talos, 32 coordinates, AVX-512: 0.55 against 0.66 us for inverse dynamics).\n\n"
 
     def readme(self) -> str:
-        rows = "".join(f"| `{self.function(f)}` | {f.recording.arithmetic} | {f.recording.angles} | {f.recording.count(Operation.DIVIDE)} | {f.recording.count(Operation.ROOT)} | {about_bytes(f.recording)} |\n" for f in self.functions)
+        rows = "".join(
+            f"| `{self.function(f)}` | {f.recording.arithmetic} | {f.recording.angles} | {f.recording.count(Operation.DIVIDE)} | {f.recording.count(Operation.ROOT)} | {about_bytes(f.recording)} |\n"
+            for f in self.functions
+        )
         order = "".join(f"| {k} | {comment(name)} |\n" for k, name in enumerate(self.position_names))
-        moved = "" if self.position_names == self.velocity_names else "The numbers of v, a and tau:\n\n| | |\n|---|---|\n" + "".join(f"| {k} | {comment(name)} |\n" for k, name in enumerate(self.velocity_names)) + "\n"
-        bits = "Products and sums may be fused (`--contract`): results differ from KSL's by rounding." if self.contract else "Results have the bits of KSL's own, on each compiler that keeps to IEEE 754 and doesn't fuse products and sums (`-ffp-contract=off`, which CMakeLists.txt gives)."
+        moved = (
+            ""
+            if self.position_names == self.velocity_names
+            else "The numbers of v, a and tau:\n\n| | |\n|---|---|\n"
+            + "".join(f"| {k} | {comment(name)} |\n" for k, name in enumerate(self.velocity_names))
+            + "\n"
+        )
+        bits = (
+            "Products and sums may be fused (`--contract`): results differ from KSL's by rounding."
+            if self.contract
+            else "Results have the bits of KSL's own, on each compiler that keeps to IEEE 754 and doesn't fuse products and sums (`-ffp-contract=off`, which CMakeLists.txt gives)."
+        )
         return f"""\
 # {self.name}
 

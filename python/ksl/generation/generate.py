@@ -81,7 +81,9 @@ def generate(
         raise ArgumentError('abi="casadi": CasADi computes in double precision; leave scalar="float" (--scalar float) out')
     if abi == "casadi" and (contract or flash):
         given = "contract=True (--contract)" if contract else f"flash={flash} (--flash)"
-        raise ArgumentError(f'abi="casadi": CasADi\'s functions have the engine\'s bits, and are for no microcontroller; leave {given} out, or generate both apart')
+        raise ArgumentError(
+            f"abi=\"casadi\": CasADi's functions have the engine's bits, and are for no microcontroller; leave {given} out, or generate both apart"
+        )
     prefix = checked_prefix(name)
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")

@@ -136,8 +136,28 @@ POLYNOMIALS  const @lanes s = hi + (z * hi * sine + (lo - half_z * lo)), v = UNI
 
 """
 WORDS = {
-    "double": {"WORD": "int64_t", "ZERO": "0.0", "SQRT": "sqrt", "ATAN2": "atan2", "HALF": "0.5", "UNITY": "1.0", "LIMIT": "262144.0", "SIGN": "62", "REAL": "double"},
-    "float": {"WORD": "int32_t", "ZERO": "0.0f", "SQRT": "sqrtf", "ATAN2": "atan2f", "HALF": "0.5f", "UNITY": "1.0f", "LIMIT": "262144.0f", "SIGN": "30", "REAL": "float"},
+    "double": {
+        "WORD": "int64_t",
+        "ZERO": "0.0",
+        "SQRT": "sqrt",
+        "ATAN2": "atan2",
+        "HALF": "0.5",
+        "UNITY": "1.0",
+        "LIMIT": "262144.0",
+        "SIGN": "62",
+        "REAL": "double",
+    },
+    "float": {
+        "WORD": "int32_t",
+        "ZERO": "0.0f",
+        "SQRT": "sqrtf",
+        "ATAN2": "atan2f",
+        "HALF": "0.5f",
+        "UNITY": "1.0f",
+        "LIMIT": "262144.0f",
+        "SIGN": "30",
+        "REAL": "float",
+    },
 }
 
 

@@ -8,4 +8,10 @@ import json
 def manifest(name: str, version: str, description: str, contract: bool) -> str:
     """version: of KSL.  Without a filter PlatformIO compiles the self-test, too, whose main would meet that of the program."""
     build = {"srcDir": ".", "includeDir": ".", "srcFilter": f"+<{name}.c>", "flags": [] if contract else ["-ffp-contract=off"]}
-    return json.dumps({"name": name, "version": version, "description": description, "frameworks": "*", "platforms": "*", "headers": f"{name}.h", "build": build}, indent=2) + "\n"
+    return (
+        json.dumps(
+            {"name": name, "version": version, "description": description, "frameworks": "*", "platforms": "*", "headers": f"{name}.h", "build": build},
+            indent=2,
+        )
+        + "\n"
+    )

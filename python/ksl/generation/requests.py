@@ -128,7 +128,9 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, u
     if unread or derivative:
         recording = record(model, row, request, taken, single, derivative)
     if len(recording.operations) > MOST_STATEMENTS:
-        raise ArgumentError(f"algorithms: {asked} of this robot is {len(recording.operations):,} statements, more than the {MOST_STATEMENTS:,} that are written; call the library for it")
+        raise ArgumentError(
+            f"algorithms: {asked} of this robot is {len(recording.operations):,} statements, more than the {MOST_STATEMENTS:,} that are written; call the library for it"
+        )
     in_name = names if how.request in ("link", "frame", "relative") else ()
     kind = [derivative] if derivative else []
     return Function("_".join([row, *map(in_c, in_name), *kind]), row, names, keywords, request, recording, taken, derivative)

@@ -96,7 +96,9 @@ int main(void) {{
         arguments = ", ".join([*(f"{f.name}_{n}[k]" for n, _ in r.inputs), *(n for n, _ in r.results)])
         checks = "".join(f'    compare("{f.name}: {n}", k, {n}, {f.name}_expected_{n}[k], {size});\n' for (n, _), size in zip(r.results, sizes))
         many = self._test_of_many(f, sizes) if self.lanes else ""
-        body = f"\nstatic void test_{f.name}(void) {{\n{found}  int k;\n  for (k = 0; k < {STATES}; ++k) {{\n    {name}({arguments});\n{checks}  }}\n{many}}}\n\n"
+        body = (
+            f"\nstatic void test_{f.name}(void) {{\n{found}  int k;\n  for (k = 0; k < {STATES}; ++k) {{\n    {name}({arguments});\n{checks}  }}\n{many}}}\n\n"
+        )
         return text + body, f"  test_{f.name}();\n"
 
     def _test_of_many(self, f: Function, sizes: list[int]) -> str:
@@ -106,7 +108,10 @@ int main(void) {{
         results = [(name, size) for (name, _), size in zip(f.recording.results, sizes)]
         arrays = "".join(f"    static {self.scalar} {name}_n[{n}][{size}];\n" for name, size in inputs + results)
         copies = "".join(f"      for (c = 0; c < {size}; ++c)\n        {name}_n[k][c] = {f.name}_{name}[k % {STATES}][c];\n" for name, size in inputs)
-        checks = "".join(f'      compare("{f.name} in lanes: {name}", k % {STATES}, {name}_n[k], {f.name}_expected_{name}[k % {STATES}], {size});\n' for name, size in results)
+        checks = "".join(
+            f'      compare("{f.name} in lanes: {name}", k % {STATES}, {name}_n[k], {f.name}_expected_{name}[k % {STATES}], {size});\n'
+            for name, size in results
+        )
         arguments = ", ".join(f"&{name}_n[0][0]" for name, _ in inputs + results)
         counter = "    int c;\n" if inputs else ""
         loop = f"for (k = 0; k < {n}; ++k) {{\n"
@@ -136,6 +141,6 @@ int main(void) {{
 
 def _wrapped(text: str) -> str:
     """Rows of numbers in lines."""
-    return "\n".join("\n".join(textwrap.wrap(line, WIDTH, initial_indent="    ", subsequent_indent="     ", break_long_words=False)) for line in text.splitlines())
-
-
+    return "\n".join(
+        "\n".join(textwrap.wrap(line, WIDTH, initial_indent="    ", subsequent_indent="     ", break_long_words=False)) for line in text.splitlines()
+    )

@@ -99,7 +99,10 @@ def turning(prefix: str, scalar: str, lanes: int, plain: bool, chosen: bool) -> 
         return "  int c = 0;\n" + "".join(f"  for (; columns - c >= {k}; c += {k})\n    {prefix}{call.format(k)};\n" for k in chunks)
 
     text += f"{inlined} {prefix}load(const {rest}, int columns, {prefix}lanes *out) {{\n{loop('load_{}(rows + c, stride, out + c)')}}}\n"
-    for wanted, name, table, call in ((plain, "store", "", "store_{}(in + c, rows + c, stride)"), (chosen, "store_chosen", "const int *at, ", "chosen_{}(in, at + c, rows + c, stride)")):
+    for wanted, name, table, call in (
+        (plain, "store", "", "store_{}(in + c, rows + c, stride)"),
+        (chosen, "store_chosen", "const int *at, ", "chosen_{}(in, at + c, rows + c, stride)"),
+    ):
         if wanted:
             text += "\n" + "\n".join(_storing(prefix, scalar, lanes, k, bool(table)) for k in chunks)
             text += f"\n{inlined} {prefix}{name}(const {prefix}lanes *in, {table}int columns, {rest}) {{\n{loop(call)}}}\n"

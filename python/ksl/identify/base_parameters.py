@@ -124,9 +124,7 @@ def _not_singular(model: Calls, q: Array) -> Array:
     return np.array([found.q[k] for k in well], dtype=float)
 
 
-def of_motion(
-    model: Calls, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, tolerance: float = 1e-4
-) -> BaseParameters:
+def of_motion(model: Calls, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, tolerance: float = 1e-4) -> BaseParameters:
     """What the efforts of a motion depend on: q (n, nq), v and a (n, nv).
 
     tolerance: a parameter is independent of those before it if what is left of its column, after these are projected out, is longer than

@@ -81,7 +81,11 @@ def doubts_about_scale(scale: EffortScale, fit: Fit, joints: list[str], gears: A
         return []
     chosen = alike if one or (far == alike).all() else far
     named = [f"{joints[k]} {scale.factors[k]:.3g}{_of_gear(float(scale.factors[k]), float(gears[k]))}" for k in np.flatnonzero(chosen)]
-    common = f"{scale.common:.4g} times those that the prior's bodies need, with one factor for all joints" if one else "other multiples of what the prior's bodies need"
+    common = (
+        f"{scale.common:.4g} times those that the prior's bodies need, with one factor for all joints"
+        if one
+        else "other multiples of what the prior's bodies need"
+    )
     return [
         f"efforts are {common}: {listed(named)}.  Are they of motors, before the gears, in per mille or in another unit than N m and N, or with another "
         "sign?  Bodies that explain them are wrong by the same factors; convert the efforts, or correct the prior"

@@ -156,7 +156,7 @@ class _Reader:
                 options["map"] = self.path(f"{where}: motion: map", options["map"])
         if spec is None:
             if self._motion is None:
-                raise CaseError(f"{where}: no motion; give motion = \"FILE\", relative to the folder of {Path(self._file).name}")
+                raise CaseError(f'{where}: no motion; give motion = "FILE", relative to the folder of {Path(self._file).name}')
             file = os.fspath(self._motion)
         else:
             file = self.path(f"{where}: motion", spec)
@@ -210,7 +210,11 @@ class _Case:
         external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
         if self.spec.get("hold", False) is not False:
             motion, file = self._held(model)
-            return [self._made(model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", ALWAYS, static=True)]
+            return [
+                self._made(
+                    model, replace(at_rest(motion), doubts=_about_units(model, motion)), file, payloads, external, "held at rest by brakes", ALWAYS, static=True
+                )
+            ]
         if self.spec.get("simulate", False) is not False:
             return [self._simulated(model, payloads, external)]
         motion, file = self.reader.motion(self.where, self.spec.get("motion"), self.mechanism)
@@ -238,11 +242,13 @@ class _Case:
             except ValueError as e:
                 raise CaseError(f"{self.where}: {e}") from None
             if [j.name for j in model.joints] != [j.name for j in self.reader.model.joints]:
-                raise CaseError(f"{self.where}: physics \"rotor bodies\" adds joints, and cases of one run have the same; give --physics to the command instead")
+                raise CaseError(f'{self.where}: physics "rotor bodies" adds joints, and cases of one run have the same; give --physics to the command instead')
         for i, given in enumerate(_list(f"{self.where}: payloads", self.spec.get("payloads", []))):
             payload = self._payload(f"{self.where}: payload {i + 1}", given)
             try:
-                model = with_body(model, payload.link, payload.mass, payload.center, None if payload.inertia is None else np.array(payload.inertia).reshape(3, 3))
+                model = with_body(
+                    model, payload.link, payload.mass, payload.center, None if payload.inertia is None else np.array(payload.inertia).reshape(3, 3)
+                )
             except ValueError as e:
                 raise CaseError(f"{self.where}: payload {i + 1}: {e}") from None
             carried.append(payload)
@@ -276,7 +282,7 @@ class _Case:
 
     def _frame(self, where: str, name: Any, what: str, known: Collection[str]) -> str:
         if name is None:
-            raise CaseError(f"{where}: no {what}; give {what} = \"NAME\"")
+            raise CaseError(f'{where}: no {what}; give {what} = "NAME"')
         if name not in known:
             raise CaseError(f"{where}: no {what} {name!r}; {near_names(name, known)}known: {', '.join(known)}")
         return str(name)
@@ -319,7 +325,7 @@ class _Case:
         axes = self._axes(where, given.get("axes", "link"))
         order = given.get("order", "lin_ang")
         if order not in ("lin_ang", "ang_lin"):
-            raise CaseError(f"{where}: order {order!r}; expected \"lin_ang\" (force first) or \"ang_lin\"")
+            raise CaseError(f'{where}: order {order!r}; expected "lin_ang" (force first) or "ang_lin"')
         ways = [key for key in ("wrench", "steps", "file") if key in given]
         if len(ways) != 1:
             raise CaseError(f"{where}: {' and '.join(ways) or 'no wrench'}; give one of wrench (constant), steps, file")
@@ -364,16 +370,16 @@ class _Case:
     def _simulated(self, model: Model, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]) -> LoadCase:
         """A motion that is simulated.  That which the case names, if it names one, is followed, or left at a time."""
         how = simulated_of(f"{self.where}: simulate", self.spec["simulate"])
-        followed, file = self.reader.motion(self.where, self.spec.get("motion"), self.mechanism) if "motion" in self.spec or self.reader.has_motion else (None, "")
+        followed, file = (
+            self.reader.motion(self.where, self.spec.get("motion"), self.mechanism) if "motion" in self.spec or self.reader.has_motion else (None, "")
+        )
         try:
             motion, kind = simulated_motion(model, how, followed, external)
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
         return self._made(model, motion, file, payloads, external, kind, brakes_from(how))
 
-    def _stops(
-        self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]
-    ) -> list[LoadCase]:
+    def _stops(self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]) -> list[LoadCase]:
         stop, by = self._stop(motion)
         if stop.start == "worst":
             try:
@@ -385,7 +391,7 @@ class _Case:
         else:
             starts = [nearest_sample(motion, float(stop.start))]
         if len(starts) > MOST_STOPS:
-            raise CaseError(f"{self.where}: stop: {len(starts)} starts, at most {MOST_STOPS}; give a longer step, in s, or from = \"worst\"")
+            raise CaseError(f'{self.where}: stop: {len(starts)} starts, at most {MOST_STOPS}; give a longer step, in s, or from = "worst"')
         tried = f", worst of {len(stop.starts(motion))} starts" if stop.start == "worst" else ""
         made, doubts = [], _about_units(model, motion)
         for start in starts:
@@ -416,7 +422,7 @@ class _Case:
                 raise CaseError(f"{where}: {key} {value!r}; expected {' or '.join(known)}")
         start = given.get("from", "worst")
         if start not in ("worst", "all"):
-            start = _number(f"{where}: from (\"worst\", \"all\" or a time)", start)
+            start = _number(f'{where}: from ("worst", "all" or a time)', start)
             if not motion.time[0] <= start <= motion.time[-1]:
                 raise CaseError(f"{where}: from {start:g} s; the motion is from {motion.time[0]:g} s to {motion.time[-1]:g} s")
         step = None if "step" not in given else _number(f"{where}: step", given["step"])

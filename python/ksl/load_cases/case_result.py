@@ -83,14 +83,18 @@ def _about_drives(case: LoadCase) -> list[str]:
     named = ", ".join(model.drives or ())
     if closing.freedoms == 0:
         return [f"{named}: the mechanism is rigid, and drives move nothing: efforts are those of least norm, and what is braced against what is another matter"]
-    return [f"{named}: {drives} drives move {count(closing.freedoms, 'freedom')}: efforts are those of least norm, and how the control shares them is another matter"]
+    return [
+        f"{named}: {drives} drives move {count(closing.freedoms, 'freedom')}: efforts are those of least norm, and how the control shares them is another matter"
+    ]
 
 
 def _about_payloads(case: LoadCase) -> list[str]:
     """Payloads far beyond what the robot could carry are suspected to be in grams."""
     own = case.model.mass - sum(p.mass for p in case.payloads)
     heavy = [p for p in case.payloads if own > 0 and p.mass > HEAVY * own]
-    return [f"the payload on {p.link} has {p.mass:g} kg, {p.mass / own:.3g} times the robot's own {own:.4g} kg: is that in grams? Masses are in kg" for p in heavy]
+    return [
+        f"the payload on {p.link} has {p.mass:g} kg, {p.mass / own:.3g} times the robot's own {own:.4g} kg: is that in grams? Masses are in kg" for p in heavy
+    ]
 
 
 def _about_lengths(case: LoadCase) -> list[str]:

@@ -96,7 +96,9 @@ class Reach:
         aims = self.held.put(begin, poses)
         way = np.abs(self.model.difference(np.broadcast_to(begin, aims.shape), aims)).max(initial=0.0)
         steps = int(max(1, np.ceil(way / (2 * STEP))))
-        between = self.model.interpolate(np.broadcast_to(begin, (len(aims), steps, len(begin))), np.repeat(aims[:, None], steps, axis=1), np.arange(1, steps + 1) / steps)
+        between = self.model.interpolate(
+            np.broadcast_to(begin, (len(aims), steps, len(begin))), np.repeat(aims[:, None], steps, axis=1), np.arange(1, steps + 1) / steps
+        )
         q, found = closed_side_by_side(self.held, between, np.broadcast_to(begin, aims.shape))
         last, ok = q[:, -1], found[:, -1]
         return last, ok & ((last >= self.model.lower - 1e-9) & (last <= self.model.upper + 1e-9)).all(axis=1)

@@ -76,7 +76,9 @@ class ComputedCases:
     def verdict(self) -> Verdict:
         """Red, amber or green over all load cases and joints."""
         lines = self._of_cases([(r.case.name, doubt) for r in self.results for doubt in dict.fromkeys(r.doubts)])
-        return Verdict(tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints, self.model.drives if self.model.loops else None)))
+        return Verdict(
+            tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints, self.model.drives if self.model.loops else None))
+        )
 
     @property
     def notes(self) -> list[str]:

@@ -73,7 +73,9 @@ class WorstPose:
         said = f"{self.agree} of {self.refined} searches, from the best of {self.tried} random poses, came to this value"
         doubt = "" if self.converged else "; there may be a worse pose: try other seeds"
         unfinished = f", {self.refined - self.ended} ended before a maximum" if self.ended < self.refined else ""
-        barred = f"; from {self.skipped} of the {self.tried} no closed position was found within the limits, or none that the drives hold" if self.skipped else ""
+        barred = (
+            f"; from {self.skipped} of the {self.tried} no closed position was found within the limits, or none that the drives hold" if self.skipped else ""
+        )
         return said + unfinished + barred + doubt
 
 

@@ -44,4 +44,6 @@ class Placement:
     def _common(self) -> str:
         if not isinstance(self.at, str):
             return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
-        return {"joint": "the joint's origin", "world": "the world's origin", WORLD: "the world's origin"}.get(self.at, f"the origin of {self.at.removeprefix('link:')}")
+        return {"joint": "the joint's origin", "world": "the world's origin", WORLD: "the world's origin"}.get(
+            self.at, f"the origin of {self.at.removeprefix('link:')}"
+        )

@@ -118,7 +118,11 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "gravity": [float(g) for g in case.model.gravity],
         "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center), **({"inertia": list(p.inertia)} if p.inertia else {})} for p in case.payloads],
         "physics": list(case.model.physics),
-        **({"loops": case.model.loop_names, "drives": list(case.model.drives or ()), "drive_weights": list(case.model.drive_weights)} if case.model.loops else {}),
+        **(
+            {"loops": case.model.loop_names, "drives": list(case.model.drives or ()), "drive_weights": list(case.model.drive_weights)}
+            if case.model.loops
+            else {}
+        ),
         **({"compliance": compliance} if (compliance := compliances_of(case.model)) else {}),
         "external": list(case.external),
         "external_wrenches": {link: [float(x) for x in w[0]] for link, w in case.external.items() if (w == w[0]).all()},

@@ -15,15 +15,7 @@ from ksl.mechanism.joint_kinds import has_one_coordinate
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import EFFORT_PARTS, Array
 
-UNITS = {
-    "axial_force": "N",
-    "radial_force": "N",
-    "bending_moment": "N m",
-    "axial_moment": "N m",
-    "force": "N",
-    "moment": "N m",
-    "power": "W",
-}
+UNITS = {"axial_force": "N", "radial_force": "N", "bending_moment": "N m", "axial_moment": "N m", "force": "N", "moment": "N m", "power": "W"}
 """Units of all quantities but effort, its parts, coupling, position, speed and acceleration, which depend on the kind of joint: see `unit`."""
 
 COMPARED = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "brake", "coupling", "speed", "power")

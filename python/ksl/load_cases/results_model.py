@@ -55,7 +55,9 @@ def model_of_results(results: Results, file: str, robot: str | os.PathLike[str] 
         raise MotionError(f"{file}: the results name no robot file, since a program made the robot; give it: robot= (--robot)")
     path = Path(robot) if robot is not None else beside(results, named[0])
     if not path.is_file():
-        raise MotionError(f"{file}: {'no robot file' if robot is not None else 'the robot file that the results name has moved'}: {path}; give it: robot= (--robot)")
+        raise MotionError(
+            f"{file}: {'no robot file' if robot is not None else 'the robot file that the results name has moved'}: {path}; give it: robot= (--robot)"
+        )
     width = options.get("friction_width")
     loaded = load(
         path, bool(options.get("floating_base")), options.get("mimic") or "coupled", gravity=made.get("gravity"), model=options.get("model") or None,
@@ -77,7 +79,13 @@ def external_of_results(model: Calls, results: Results, time: Array) -> tuple[di
     files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "external"]
     if len(files) == 1 and beside(results, files[0]).is_file():
         return dict(read_external(model, beside(results, files[0]), time)), ""
-    why = "results don't hold those that load cases or programs give as they change" if not files else "there are several files of them" if len(files) > 1 else "the file that they were read from is not found"
+    why = (
+        "results don't hold those that load cases or programs give as they change"
+        if not files
+        else "there are several files of them"
+        if len(files) > 1
+        else "the file that they were read from is not found"
+    )
     return {}, why
 
 

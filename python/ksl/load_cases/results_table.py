@@ -120,7 +120,9 @@ def read_results(path: Path, case: str | None = None) -> Results:
         columns["effort"] = columns["effort"] + np.nan_to_num(columns[BRAKE], nan=0.0)
     _check_times(file, columns["time"], count)
     of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in NUMBERS[1:]}
-    return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], _wrenches(file, table, columns, order), made_by)
+    return Results(
+        chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], _wrenches(file, table, columns, order), made_by
+    )
 
 
 def _wrenches(file: Path, table: pa.Table, columns: Mapping[str, Array], order: Sequence[str]) -> dict[str, JointWrench]:
@@ -150,9 +152,15 @@ def _check_metadata(file: Path, made_by: Any) -> None:
     for case in made_by.get("cases", []):
         lists = [case.get(name, []) for name in ("gravity", "physics", "payloads", "drives")]
         gravity, physics, payloads, drives = lists
-        good = all(isinstance(each, list) for each in lists) and all(isinstance(g, (int, float)) for g in gravity) and all(isinstance(p, str) for p in (*physics, *drives))
+        good = (
+            all(isinstance(each, list) for each in lists)
+            and all(isinstance(g, (int, float)) for g in gravity)
+            and all(isinstance(p, str) for p in (*physics, *drives))
+        )
         if not good or not all(isinstance(p, dict) and {"link", "mass", "center"} <= set(p) and isinstance(p["mass"], (int, float)) for p in payloads):
-            raise MotionError(f"{file}: gravity, physics, payloads or drives of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}")
+            raise MotionError(
+                f"{file}: gravity, physics, payloads or drives of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}"
+            )
         if not isinstance(case.get("motion") or "", str):
             raise MotionError(f"{file}: the motion of case {case['name']} in its metadata is no name of a file; {AGAIN}")
     if not isinstance(made_by.get("options", {}), dict) or not isinstance(made_by.get("directory", ""), str):
@@ -199,7 +207,10 @@ def motion_of_results(model: Calls, results: Results) -> tuple[Array, Array, Arr
         raise MotionError(f"the results have no joint {unknown[0]!r}: they are those of {made}, and not of {model.name}; give the robot file of that run")
     if all(j.one_coordinate and j.name in results.position for j in joints):
         time = results.time
-        q, v, a = (np.column_stack([x[j.name] for j in joints]) if joints else np.zeros((len(time), 0)) for x in (results.position, results.speed, results.acceleration))
+        q, v, a = (
+            np.column_stack([x[j.name] for j in joints]) if joints else np.zeros((len(time), 0))
+            for x in (results.position, results.speed, results.acceleration)
+        )
         for column, x in (("position", q), ("speed", v), ("acceleration", a)):
             bad = np.argwhere(~np.isfinite(x))
             if len(bad):
@@ -208,7 +219,9 @@ def motion_of_results(model: Calls, results: Results) -> tuple[Array, Array, Arr
     else:
         named = results.description.get("motion")
         if not named:
-            raise MotionError(f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate or j.name not in results.position)}; give the motion file instead of the results")
+            raise MotionError(
+                f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate or j.name not in results.position)}; give the motion file instead of the results"
+            )
         motion = read_motion(model, beside(results, named), **reading_of(results))
         time, q, v, a = motion.time, motion.q, motion.v, motion.a
         if len(time) != len(results.time) or not np.allclose(time, results.time, rtol=1e-9, atol=1e-9):

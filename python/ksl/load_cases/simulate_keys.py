@@ -71,7 +71,9 @@ def _require_use(where: str, given: Mapping[str, Any]) -> None:
     if controller in ("pd", "computed torque") and not gains:
         raise CaseError(f"{where}: controller {controller!r} needs stiffness and damping")
     if idle := [key for key in gains if controller == "none" or (controller == "gravity" and key == "stiffness")]:
-        raise CaseError(f"{where}: {idle[0]} is that of a controller; give controller = \"pd\" or \"computed torque\"{', or gravity, which damps' if idle == ['damping'] else ''}")
+        raise CaseError(
+            f'{where}: {idle[0]} is that of a controller; give controller = "pd" or "computed torque"{", or gravity, which damps" if idle == ["damping"] else ""}'
+        )
 
 
 def _number(where: str, x: Any) -> float:

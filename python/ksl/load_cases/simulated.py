@@ -116,7 +116,13 @@ def simulated_motion(
     doubts = suspicions_of_pose(model, q) if how.pose is not None else []
     doubts += _left_out(model, how)
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
-    source = Source("simulation", f"simulated by {how.method}", int(np.count_nonzero(reached)), float(times[1] - times[0]), _started(how, followed, begin) + _notes(run, how))
+    source = Source(
+        "simulation",
+        f"simulated by {how.method}",
+        int(np.count_nonzero(reached)),
+        float(times[1] - times[0]),
+        _started(how, followed, begin) + _notes(run, how),
+    )
     joints, (t, x, v) = model.joints[: len(model.joint_names)], (values[reached] for values in (times, run.q, run.v))
     error = (how.atol, how.rtol) if how.method == "dop853" else (0.0, 0.0)  # the other methods control none
     standing = standing_of_integrated(joints, t, x, v, *error)
@@ -143,9 +149,15 @@ def _left_out(model: Model, how: Simulated) -> list[str]:
     """The physics of joints that the robot's file has, that changes the motion, and that is off."""
     on = " ".join(model.physics)
     having = {"damping": "damping", "friction": "friction", "armature": "armature", "rotor": "rotor_inertia", "spring": "spring_stiffness"}
-    off = [name for name, of in having.items() if name not in on and any(getattr(joint, of) for joint in model.joints) and not (name == "friction" and how.friction)]
+    off = [
+        name
+        for name, of in having.items()
+        if name not in on and any(getattr(joint, of) for joint in model.joints) and not (name == "friction" and how.friction)
+    ]
     off += ["force elements"] if model.force_elements and "force elements" not in on else []
-    return [f"the simulated motion is without {_and(off)} of the robot's file: physics of joints is off; turn it on with --physics {','.join(off)}"] if off else []
+    return (
+        [f"the simulated motion is without {_and(off)} of the robot's file: physics of joints is off; turn it on with --physics {','.join(off)}"] if off else []
+    )
 
 
 def _and(names: Sequence[str]) -> str:
@@ -258,5 +270,11 @@ def _notes(run: Simulation, how: Simulated) -> list[str]:
 
 
 def _in_words(how: Simulated, brake: Brake | None, from_motion: bool) -> str:
-    by = {"none": "without drives", "gravity": "with the weight held", "pd": "under a PD controller", "computed torque": "under computed torque"}[how.controller]
-    return f"simulated {by}" + (", from a state of the motion, which is not followed" if from_motion and how.pose is None else "") + (f", brakes from {brake.at:g} s" if brake else "")
+    by = {"none": "without drives", "gravity": "with the weight held", "pd": "under a PD controller", "computed torque": "under computed torque"}[
+        how.controller
+    ]
+    return (
+        f"simulated {by}"
+        + (", from a state of the motion, which is not followed" if from_motion and how.pose is None else "")
+        + (f", brakes from {brake.at:g} s" if brake else "")
+    )

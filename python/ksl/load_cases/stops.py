@@ -124,9 +124,7 @@ def _parts(starts: NDArray[np.intp], samples: int) -> list[NDArray[np.intp]]:
     return [starts[i : i + size] for i in range(0, len(starts), size)]
 
 
-def _largest_efforts(
-    model: Calls, motion: Motion, stop: Stop, starts: NDArray[np.intp], x: Array, external: Sequence[WrenchOverTime]
-) -> Array:
+def _largest_efforts(model: Calls, motion: Motion, stop: Stop, starts: NDArray[np.intp], x: Array, external: Sequence[WrenchOverTime]) -> Array:
     """(starts, nv): the largest magnitude of each effort during the stop from each start."""
     time = np.repeat(motion.time[starts], len(x))
     try:

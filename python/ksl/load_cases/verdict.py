@@ -178,9 +178,7 @@ def _uses_of_several(joint: Joint, case: str, time: Array, q: Array) -> list[Use
     return uses
 
 
-def _position(
-    joint: Joint, case: str, column: str, of: str, bounds: tuple[float | None, float | None], ends: Sequence[tuple[float, float]]
-) -> list[Use]:
+def _position(joint: Joint, case: str, column: str, of: str, bounds: tuple[float | None, float | None], ends: Sequence[tuple[float, float]]) -> list[Use]:
     """The larger share of the two ends of a range, and both where both are exceeded.
 
     ends: the lowest and the highest position, each with its time.  With one bound there is no range: the distance to it then counts

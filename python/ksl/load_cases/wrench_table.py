@@ -51,7 +51,17 @@ class TableWriter:
         self._closed = bool(model.loops)
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
         motion = ("position", "speed", "acceleration")
-        numbers = ["time", *names, *(f"constraint_{c}" for c in names), *motion, "effort", "power", *(["brake"] if self._with_brake else []), *(["coupling"] if self._following else []), *parts]
+        numbers = [
+            "time",
+            *names,
+            *(f"constraint_{c}" for c in names),
+            *motion,
+            "effort",
+            "power",
+            *(["brake"] if self._with_brake else []),
+            *(["coupling"] if self._following else []),
+            *parts,
+        ]
         words = pa.dictionary(pa.int16(), pa.string())
         self.schema = pa.schema(
             [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
@@ -72,7 +82,13 @@ class TableWriter:
             "effort": f"{effort}, the same for every `on`, `at` and `axes`",
             **({"physics": ", ".join(model.physics)} if model.physics else {}),
             **({"brake": "effort that brakes supply at samples where drives don't, whose effort is zero there"} if self._with_brake else {}),
-            **({"undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm, or with stiffnesses one of the possible values"} if self._closed else {}),
+            **(
+                {
+                    "undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm, or with stiffnesses one of the possible values"
+                }
+                if self._closed
+                else {}
+            ),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
         }
 
@@ -93,7 +109,9 @@ class TableWriter:
         if np.isinf(power).any():
             sample, drive = np.argwhere(np.isinf(power))[0]
             joint = [j.name for j, driven in zip(self._joints, self._driven) if driven][drive]
-            raise MotionError(f"the power of {joint} is not finite at {block.time[sample]:.9g} s: efforts or velocities are too large for double precision; {CHECK_UNITS}")
+            raise MotionError(
+                f"the power of {joint} is not finite at {block.time[sample]:.9g} s: efforts or velocities are too large for double precision; {CHECK_UNITS}"
+            )
         columns += [self._of(self._driven, of_drive), self._of(self._driven, power)]
         none = np.zeros(joints, dtype=bool)
         if self._with_brake:

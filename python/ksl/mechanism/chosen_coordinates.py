@@ -56,7 +56,9 @@ class ChosenCoordinates(Requests):
         for joint in self.joints[: self._moving] if self._quaternions else ():
             own = self._own_coordinates[joint.name]
             if joint.quaternion is not None and 0 < len(alone := [i for i in own if i in held]) < len(own):
-                raise ValueError(sentence(f"hold: {alone[0]} is one of the coordinates of joint {joint.name!r}, whose position has a quaternion; name the joint"))
+                raise ValueError(
+                    sentence(f"hold: {alone[0]} is one of the coordinates of joint {joint.name!r}, whose position has a quaternion; name the joint")
+                )
         return held
 
     def _numbers_held(self, joint: Joint, held: Sequence[int]) -> list[int]:

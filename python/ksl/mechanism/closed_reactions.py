@@ -45,13 +45,21 @@ class Request:
 
 
 def reactions_derivatives(
-    m: Calls, tree: Calls, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, axes: ExternalAxes, request: Request, undetermined: Undetermined
+    m: Calls,
+    tree: Calls,
+    states: tuple[ArrayLike, ArrayLike, ArrayLike],
+    external: External | None,
+    axes: ExternalAxes,
+    request: Request,
+    undetermined: Undetermined,
 ) -> tuple[Array, Array, Array]:
     """Each (…, joints, 6, freedoms); tree: the mechanism with its loops cut."""
     one_of(undetermined, "undetermined", "refuse", "nan")
     of_loops = [name for name in request.joints if name in m.loop_names]
     if of_loops and not request.is_at_joints:
-        raise ValueError(f"reactions_derivatives: joint {of_loops[0]} closes a loop; its derivatives are those at the joint, in its axes; ask for it with at=\"joint\" and axes=\"joint\"")
+        raise ValueError(
+            f'reactions_derivatives: joint {of_loops[0]} closes a loop; its derivatives are those at the joint, in its axes; ask for it with at="joint" and axes="joint"'
+        )
     (q, v, a, *given), _, leading = m._with_external((states[0], "q", m.nq), (states[1], "v", m.nv), (states[2], "a", m.nv), external=external, axes=axes)
     wrenches = [(link, wrench) for (link, _), wrench in zip(items_of(external, axes), given, strict=True)]
     open_components = np.zeros((len(q), len(request.joints), 6), dtype=bool)
@@ -92,12 +100,20 @@ class _Variations:
 
 
 def _of_tree(
-    tree: Calls, states: tuple[Array, Array, Array], wrenches: list[tuple[str, Array]], axes: ExternalAxes, request: Request, joints: list[str], found: _Variations
+    tree: Calls,
+    states: tuple[Array, Array, Array],
+    wrenches: list[tuple[str, Array]],
+    axes: ExternalAxes,
+    request: Request,
+    joints: list[str],
+    found: _Variations,
 ) -> Array:
     """(3, states, joints, 6, freedoms): (1)."""
 
     def derivatives(external: External, held: ExternalAxes) -> Array:
-        return np.array(tree.reactions_derivatives(*states, external, request.on, request.at, request.axes, request.order, request.part, joints, external_axes=held))
+        return np.array(
+            tree.reactions_derivatives(*states, external, request.on, request.at, request.axes, request.order, request.part, joints, external_axes=held)
+        )
 
     given = cast("External", dict(wrenches))
     of_loops: dict[str, Array] = {}
@@ -118,7 +134,9 @@ def _undetermined(m: Calls, q: Array, request: Request, undetermined: Undetermin
     """(joints, 6) which components are not determined at q; refuses them unless NaN is wanted."""
     patterns = m.reactions_null_basis(q, request.joints)
     if m.mobility(q).redundant > len(patterns):
-        raise ValueError("reactions_derivatives: stiffnesses split reactions of this mechanism, and no derivative of that is available; ask the mechanism without them")
+        raise ValueError(
+            "reactions_derivatives: stiffnesses split reactions of this mechanism, and no derivative of that is available; ask the mechanism without them"
+        )
     is_open: NDArray[np.bool_] = np.asarray(np.any(patterns != 0, axis=0))
     if not request.is_at_joints:
         is_open = np.repeat(np.any(is_open, axis=1, keepdims=True), 6, axis=1)
@@ -127,6 +145,6 @@ def _undetermined(m: Calls, q: Array, request: Request, undetermined: Undetermin
         which = ", ".join(name for name, x in zip(COMPONENTS, is_open[k], strict=True) if x)
         raise ResultError(
             f"reactions_derivatives: {which} of joint {request.joints[k]} are not determined by rigid bodies; reactions_unique says which are: "
-            "ask for joints all of whose components are determined, or with undetermined=\"nan\" for NaN in the others"
+            'ask for joints all of whose components are determined, or with undetermined="nan" for NaN in the others'
         )
     return is_open if request.order == "lin_ang" else np.roll(is_open, 3, axis=1)

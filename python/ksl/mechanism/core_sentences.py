@@ -7,10 +7,7 @@ from collections.abc import Iterable
 
 from ksl.base.notes import Kind, Note
 
-_KINDS = (
-    (Kind.MASSES, re.compile(r"link |none of the links")),
-    (Kind.QUATERNION, re.compile(r"joint .*quaternion")),
-)
+_KINDS = ((Kind.MASSES, re.compile(r"link |none of the links")), (Kind.QUATERNION, re.compile(r"joint .*quaternion")))
 """How warnings begin."""
 _NOT_EXPANDED = "run xacro first: xacro FILE > robot.urdf"
 

@@ -56,7 +56,11 @@ def far(what: str, length: float, reach: float, origin: str = "", times: float =
     """
     if not (reach > 0 and math.isfinite(length) and length > times * reach):
         return []
-    meant = f"are these millimetres? Lengths are in m: {length:g} mm are {length / 1000:g}" if length / 1000 <= times * reach else "check its unit: lengths are in m"
+    meant = (
+        f"are these millimetres? Lengths are in m: {length:g} mm are {length / 1000:g}"
+        if length / 1000 <= times * reach
+        else "check its unit: lengths are in m"
+    )
     counted = f" from {origin}" if origin else ""
     return [f"{what} {length:.6g} m{counted}, {length / reach:.3g} times the robot's extent of {reach:.3g} m: {meant}"]
 

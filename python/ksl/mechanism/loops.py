@@ -340,7 +340,9 @@ class LoopCalls(ChosenCoordinates):
             return [self._with_unit_quaternions(one[0]), *one[1:], ()]
         arrays = {name: argument_rows(x, name, columns, self._core) for x, name, columns in inputs}
         leading = leading_shape(arrays)
-        rows = [np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(math.prod(leading), array.shape[-1])) for array in arrays.values()]
+        rows = [
+            np.ascontiguousarray(np.broadcast_to(array, (*leading, array.shape[-1])).reshape(math.prod(leading), array.shape[-1])) for array in arrays.values()
+        ]
         return [self._with_unit_quaternions(rows[0]), *rows[1:], leading]
 
     def _with_unit_quaternions(self, q: Array) -> Array:

@@ -427,7 +427,9 @@ class Mechanism:
     def _of_one_coordinate(self, joint: Joint | str) -> Joint:
         of = self.joint(joint) if isinstance(joint, str) else joint
         if not of.one_coordinate:
-            raise ValueError(f"joint {of.name} has {count(of.nv, 'coordinate') if of.nv else 'no coordinates'}; expected one with one, whose position is a number")
+            raise ValueError(
+                f"joint {of.name} has {count(of.nv, 'coordinate') if of.nv else 'no coordinates'}; expected one with one, whose position is a number"
+            )
         return of
 
     def joint(self, name: str) -> Joint:

@@ -91,7 +91,9 @@ class Requests(Mechanism):
             require_once([joint.name for joint in chosen], "names")
             for joint in chosen:
                 if joint.nv == 0 and joint.leader is None:
-                    raise ValueError(sentence(f"names: {joint.name!r} is a fixed joint, which has no acceleration to be given; name joints that move, or leave it out"))
+                    raise ValueError(
+                        sentence(f"names: {joint.name!r} is a fixed joint, which has no acceleration to be given; name joints that move, or leave it out")
+                    )
             links = _core.Links([self._children[joint.name] for joint in chosen])
             self._keep_links(key, links)
         return links
@@ -107,9 +109,7 @@ class Requests(Mechanism):
             self._link_lists.clear()
         self._link_lists[key] = links
 
-    def _frames_of(
-        self, names: Iterable[str] | None, axes: str, at: str, order: str, offset: ArrayLike | None = None, kind: str = "spatial"
-    ) -> _core.Links:
+    def _frames_of(self, names: Iterable[str] | None, axes: str, at: str, order: str, offset: ArrayLike | None = None, kind: str = "spatial") -> _core.Links:
         """Links, and how motions of their frames are expressed."""
         names = names_in_order(names, "names")
         point = None if offset is None else _offset_key(offset)

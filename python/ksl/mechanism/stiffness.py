@@ -67,7 +67,9 @@ class Flexibility(NamedTuple):
     """(6, directions) in which it gives way without resisting: those of zero stiffness."""
 
 
-def flexibilities_of(model: Mechanism, stiffness: Mapping[str, Stiffness], efforts: Mapping[str, float] = MappingProxyType({}), of: Of = "slope") -> dict[str, Flexibility]:
+def flexibilities_of(
+    model: Mechanism, stiffness: Mapping[str, Stiffness], efforts: Mapping[str, float] = MappingProxyType({}), of: Of = "slope"
+) -> dict[str, Flexibility]:
     """How the joints that are named give way.  Raises ValueError that names the joint.
 
     efforts, of: at which efforts along their motions stiffnesses in classes are meant, zero by default, and which of their stiffnesses.

@@ -20,7 +20,21 @@ DHRow = Mapping[str, Any] | Sequence[Any]
 """{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
 Convention = Literal["standard", "modified"]
 
-_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float, tuple[str, float, float] | None, float | None, list[float], list[float | None]]
+_JointNumbers = tuple[
+    list[float] | None,
+    list[float] | None,
+    float | None,
+    float | None,
+    float | None,
+    float | None,
+    float | None,
+    float,
+    float,
+    tuple[str, float, float] | None,
+    float | None,
+    list[float],
+    list[float | None],
+]
 _SEVERAL_LIMITS = names_with(lambda kind: kind.numbers_with_limits > 1)
 _OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
 
@@ -155,9 +169,7 @@ class Builder:
 
             b.add_force_element("gas spring", "body", (0, 0, 0.1), "lid", (0.3, 0, 0), preload=-250.0, damping=80.0)
         """
-        self._core.add_force_element(
-            given.force_element(name, link1, point1, link2, point2, stiffness, free_length, damping, preload, limits, stop_stiffness)
-        )
+        self._core.add_force_element(given.force_element(name, link1, point1, link2, point2, stiffness, free_length, damping, preload, limits, stop_stiffness))
         return self
 
     def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:
@@ -181,12 +193,7 @@ class Builder:
 
     @classmethod
     def from_dh(
-        cls,
-        rows: Iterable[DHRow],
-        convention: Convention = "standard",
-        name: str = "robot",
-        base: str = "base",
-        gravity: Sequence[float] = (0.0, 0.0, -9.81),
+        cls, rows: Iterable[DHRow], convention: Convention = "standard", name: str = "robot", base: str = "base", gravity: Sequence[float] = (0.0, 0.0, -9.81)
     ) -> Builder:
         """A builder with a massless root link `base` and the chain of :meth:`add_dh_chain` on it."""
         return cls(name, gravity).add_link(base).add_dh_chain(base, rows, convention)

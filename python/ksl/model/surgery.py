@@ -121,7 +121,10 @@ class Surgery(Calls):
             held = m.with_frozen_joints({"elbow": 1.5})
         """
         positions = given.mapping(joints, "joints", "{joint: position}")
-        frozen = [(self._plain(given.name(name, "a joint"), "joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
+        frozen = [
+            (self._plain(given.name(name, "a joint"), "joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()])
+            for name, q in positions
+        ]
         made = self._made(self._core.with_frozen_joints(frozen))
         for line in of_kind(made.warnings, Kind.QUATERNION):
             if line not in self.warnings:

@@ -160,7 +160,10 @@ def followed(model: Mechanism, closing: Closing, first: Array, motion: tuple[Arr
     q, found = closed_side_by_side(held, motion[0], first)
     if not found.all():
         k, sample = np.argwhere(~found)[0]
-        raise NotClosed(int(k), f"with {held.said(motion[0][k, sample])} no closed position is found near that of the sample before; it may be out of reach, or beyond a singular position")
+        raise NotClosed(
+            int(k),
+            f"with {held.said(motion[0][k, sample])} no closed position is found near that of the sample before; it may be out of reach, or beyond a singular position",
+        )
     v = model.consistent_velocity(q, motion[1], held.names)
     return q, v, model.consistent_acceleration(q, v, motion[2], held.names)
 
@@ -181,7 +184,11 @@ def closed(model: Mechanism, motion: Motion, where: Callable[[int], str] | None 
 def _allowed(held: Held) -> str:
     """What to do where a motion that keeps to the limits of these joints has no closed position that is found."""
     limits = [f"{j.name} {_range(j)}" for j in held.joints if j.one_coordinate and j.has_limits]
-    return f"; the limits allow {', '.join(limits)}, which may be more than can be reached: choose narrower waypoints or limits" if limits else "; choose narrower waypoints"
+    return (
+        f"; the limits allow {', '.join(limits)}, which may be more than can be reached: choose narrower waypoints or limits"
+        if limits
+        else "; choose narrower waypoints"
+    )
 
 
 def _range(joint: Joint) -> str:
@@ -192,9 +199,7 @@ def _range(joint: Joint) -> str:
 class Follower:
     """Makes the motion of a closed mechanism from that of the joints that are held."""
 
-    def __init__(
-        self, model: Calls, time: Array, q: Array, known: NDArray[np.bool_], name: str, where: Callable[[int], str] | None
-    ) -> None:
+    def __init__(self, model: Calls, time: Array, q: Array, known: NDArray[np.bool_], name: str, where: Callable[[int], str] | None) -> None:
         """where: a sample in words, with its time."""
         self._model, self._time, self._given, self._known = model, time, q, known
         self.held = held_by(model, name, known if known.any() else None)
@@ -342,7 +347,9 @@ class Follower:
                 off, unit = np.abs(given - true), units_of(joint)[1][i]
                 k, length = int(np.argmax(off)), 1.0 if unit == "rad" else self._length
                 if off[k] > CONTRADICTION * np.abs([given, true]).max() and off[k] * duration > DOUBTED * length:
-                    lines.append(f"{column} at {self._time[k]:.6g} s is {given[k]:.4g} {unit}/s, but the joint follows at {true[k]:.4g} {unit}/s; check the column")
+                    lines.append(
+                        f"{column} at {self._time[k]:.6g} s is {given[k]:.4g} {unit}/s, but the joint follows at {true[k]:.4g} {unit}/s; check the column"
+                    )
         return lines
 
     def _shares(self, joint: Joint, distance: Array) -> Array:

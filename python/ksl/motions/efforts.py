@@ -105,7 +105,9 @@ def _rules(table: Recorded, columns: ColumnMap, joints: Mapping[str, Joint]) -> 
     rules = {name: columns.rules.get(name, ColumnRule(name)) for name in table.names if name not in columns.ignored}
     found = {name: rule for name, rule in rules.items() if rule.to in joints}
     if not found:
-        raise MotionError(f'{table.head}: holds no efforts; name columns JOINT{EFFORT}, or say by a map (map=) which they are: "COLUMN" = {{ to = "JOINT{EFFORT}", … }}; its columns are {listed(list(table.names))}')
+        raise MotionError(
+            f'{table.head}: holds no efforts; name columns JOINT{EFFORT}, or say by a map (map=) which they are: "COLUMN" = {{ to = "JOINT{EFFORT}", … }}; its columns are {listed(list(table.names))}'
+        )
     for joint in columns.rated:
         if joint + EFFORT not in {rule.to for rule in found.values()}:
             raise MotionError(f"{columns.file}: [rated] names {joint!r}, and no column is {joint + EFFORT!r}; correct the name, or remove the line")
@@ -132,11 +134,15 @@ def _factor(table: Recorded, columns: ColumnMap, name: str, rule: ColumnRule, jo
     rated = columns.rated.get(joint.name)
     if _is_per_mille(table, name, rule):
         if rated is None:
-            raise MotionError(f"{columns.file or table.head}: column {name!r} is in ‰ of a rated value, which isn't given; add it to the map: [rated] with {joint.name} = …, {newtons}")
+            raise MotionError(
+                f"{columns.file or table.head}: column {name!r} is in ‰ of a rated value, which isn't given; add it to the map: [rated] with {joint.name} = …, {newtons}"
+            )
         return rated / 1000.0, f"{name!r} is {rule.words()}: ‰ of {rated:g} {newtons}"
     if rated is not None:
-        raise MotionError(f"{columns.file}: [rated] names {joint.name!r}, whose column {name!r} is no ‰; give it unit = \"permille\", or remove the line")
+        raise MotionError(f'{columns.file}: [rated] names {joint.name!r}, whose column {name!r} is no ‰; give it unit = "permille", or remove the line')
     if unit not in _UNITS[joint.unit]:
-        raise MotionError(f"{columns.file or table.head}: column {name!r} is in {unit!r}, which is no unit of an effort; expected {newtons}, m{newtons}, k{newtons} or permille")
+        raise MotionError(
+            f"{columns.file or table.head}: column {name!r} is in {unit!r}, which is no unit of an effort; expected {newtons}, m{newtons}, k{newtons} or permille"
+        )
     factor = _UNITS[joint.unit][unit]
     return factor, f"{name!r} is converted from {unit} to {newtons}" if factor != 1.0 else ""

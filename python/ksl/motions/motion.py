@@ -107,7 +107,14 @@ class Motion:
         """Sizes and what is said about it: arrays would fill a notebook."""
         file = f" of {self.source.file}" if self.source is not None else ""
         lasts = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if len(self.time) else ""
-        return "\n  ".join([f"<ksl motion{file}: {len(self.time)} samples, {self.v.shape[-1]} degrees of freedom{lasts}>", *self.doubts, *self.contradictions, *self.differentiated])
+        return "\n  ".join(
+            [
+                f"<ksl motion{file}: {len(self.time)} samples, {self.v.shape[-1]} degrees of freedom{lasts}>",
+                *self.doubts,
+                *self.contradictions,
+                *self.differentiated,
+            ]
+        )
 
 
 def _zero_at(chosen: NDArray[np.bool_] | None, x: Array) -> Array:

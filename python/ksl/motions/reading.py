@@ -225,7 +225,9 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     check_finite(table, {"time": time})
     k = check_restart(time)
     if k is not None and time[k] == time[k - 1]:
-        raise MotionError(f"{table.place(k)}: {len(time) - len(np.unique(time)):,} of {count(len(time), 'sample')} have the time of another: the times have too few digits, or aren't those of the samples")
+        raise MotionError(
+            f"{table.place(k)}: {len(time) - len(np.unique(time)):,} of {count(len(time), 'sample')} have the time of another: the times have too few digits, or aren't those of the samples"
+        )
     if k is not None:
         raise not_increasing(table.place, time, k)
     for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):
@@ -235,10 +237,7 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     if (start is not None or stop is not None) and len(time) and not inside.any():
         part = " to ".join(f"{x:g} s" for x in (start, stop) if x is not None)
         which = f"from {part}" if stop is None else f"up to {part}" if start is None else f"between {start:g} s and {stop:g} s"
-        raise MotionError(
-            f"{table.file}: no samples {which}; "
-            f"its times are {time.min():.9g} s to {time.max():.9g} s: check --from and --to (start=, stop=)"
-        )
+        raise MotionError(f"{table.file}: no samples {which}; its times are {time.min():.9g} s to {time.max():.9g} s: check --from and --to (start=, stop=)")
     return np.flatnonzero(inside)
 
 

@@ -93,7 +93,9 @@ class Calls(ABC, Generic[A]):
     def _joined(self, name: str, wrenches: Mapping[str, Any]) -> Any:
         """Wrenches (…, 6) by what messages call them, in one array behind each other; their leading shapes are broadcast."""
 
-    def _operator(self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, nan_where_open: bool, make: str = "", *arguments: Any) -> Operator:
+    def _operator(
+        self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, nan_where_open: bool, make: str = "", *arguments: Any
+    ) -> Operator:
         """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
         request = _REQUESTS[make](self.model, *arguments) if make in _REQUESTS else None
         given = tuple(coordinates_of(self.model, *arguments)) if make == "given" else ()
@@ -120,7 +122,14 @@ class Calls(ABC, Generic[A]):
         return self._apply(operator, arguments)
 
     def inverse_dynamics(
-        self, q: Given[A], v: Given[A], a: Given[A], parameters: Given[A] | None = None, *, external: Mapping[str, Given[A]] | None = None, external_axes: ExternalAxes = "link"
+        self,
+        q: Given[A],
+        v: Given[A],
+        a: Given[A],
+        parameters: Given[A] | None = None,
+        *,
+        external: Mapping[str, Given[A]] | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> A:
         """Joint efforts (…, nv) that give accelerations a (…, nv) at q (…, nq) and v (…, nv); N m, N.
 
@@ -138,7 +147,14 @@ class Calls(ABC, Generic[A]):
         return self._call("gravity_torque", (q,), parameters)
 
     def forward_dynamics(
-        self, q: Given[A], v: Given[A], tau: Given[A], parameters: Given[A] | None = None, *, external: Mapping[str, Given[A]] | None = None, external_axes: ExternalAxes = "link"
+        self,
+        q: Given[A],
+        v: Given[A],
+        tau: Given[A],
+        parameters: Given[A] | None = None,
+        *,
+        external: Mapping[str, Given[A]] | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> A:
         """Accelerations (…, nv) under joint efforts tau (…, nv); rad/s², m/s².
 

@@ -86,11 +86,15 @@ class Operator:
     def require_twice(self) -> None:
         """Raises NotImplementedError where it has no second derivatives."""
         if not self.row.second:
-            raise NotImplementedError(f"{self.name}: there are no second derivatives of it; those that have some are {', '.join(n for n in ROWS if ROWS[n].second)}")
+            raise NotImplementedError(
+                f"{self.name}: there are no second derivatives of it; those that have some are {', '.join(n for n in ROWS if ROWS[n].second)}"
+            )
         if self.closed:
             raise NotImplementedError(f"{self.name}: there are no second derivatives of it for mechanisms with loops")
         if self.parameters or self.external:
-            raise NotImplementedError(f"{self.name}: there are no second derivatives of it with {'parameters' if self.parameters else 'external'}=; without them there are")
+            raise NotImplementedError(
+                f"{self.name}: there are no second derivatives of it with {'parameters' if self.parameters else 'external'}=; without them there are"
+            )
 
     def result_shapes(self, stage: Stage, groups: int, states: int) -> list[tuple[int, ...]]:
         """The shapes of what a stage returns."""
@@ -148,7 +152,9 @@ def layout(operator: Operator, shapes: Sequence[tuple[int, ...]]) -> Layout:
             continue  # one number stands for each coordinate
         own = shape[: -len(last)]
         if shape[len(own) :] != last or len(shape) < len(last):
-            numbers = {"parameters": "ten for each link", "q": "nq numbers for each state"}.get(name, "nq numbers for each state" if name in ("q0", "q1") else "nv numbers for each state")
+            numbers = {"parameters": "ten for each link", "q": "nq numbers for each state"}.get(
+                name, "nq numbers for each state" if name in ("q0", "q1") else "nv numbers for each state"
+            )
             raise ValueError(f"{operator.name}: {name} has shape {shape}; expected (…, {', '.join(map(str, last))}): {numbers}")
         leading = broadcast(leading, own, operator.name, operator.inputs, shapes)
         if name == "parameters" and any(n != 1 for n in own):  # the last input, so that `leading` is that of all
@@ -173,14 +179,22 @@ def arranged(operator: Operator, arrays: Sequence[Any], broadcast_to: Any) -> tu
     rows = []
     for name, width, x in zip(operator.inputs, operator.widths, arrays):
         if name == "parameters":
-            rows.append(broadcast_to(x, (*found.leading[: found.groups], width // 10, 10) if found.groups else (width // 10, 10)).reshape(groups, width // 10, 10))
+            rows.append(
+                broadcast_to(x, (*found.leading[: found.groups], width // 10, 10) if found.groups else (width // 10, 10)).reshape(groups, width // 10, 10)
+            )
         else:
             rows.append(broadcast_to(x, (*found.leading, width)).reshape(groups, states, width))
     return rows, found
 
 
 def mapped(
-    library: Any, operator: Operator, stage: Stage, size: int, axes: Sequence[int | None], arguments: Sequence[Any], compute: Callable[[Sequence[Any]], Sequence[Any]]
+    library: Any,
+    operator: Operator,
+    stage: Stage,
+    size: int,
+    axes: Sequence[int | None],
+    arguments: Sequence[Any],
+    compute: Callable[[Sequence[Any]], Sequence[Any]],
 ) -> tuple[list[Any], int]:
     """A stage along a new axis of the arguments, and which axis of each result it is.  library: torch or jax.numpy; compute: of arguments of three axes.
 
@@ -195,7 +209,9 @@ def mapped(
             rows.append(x)
             continue
         whole = library.broadcast_to(x, (size, *x.shape)) if axis is None else library.moveaxis(x, (axis,), (0,))  # by tuples, which torch maps again
-        rows.append(whole.reshape(size * groups, *whole.shape[2:]) if apart else library.swapaxes(whole, 0, 1).reshape(groups, size * whole.shape[2], *whole.shape[3:]))
+        rows.append(
+            whole.reshape(size * groups, *whole.shape[2:]) if apart else library.swapaxes(whole, 0, 1).reshape(groups, size * whole.shape[2], *whole.shape[3:])
+        )
     results = compute(rows)
     if apart:
         return [y.reshape(size, groups, *y.shape[1:]) for y in results], 0

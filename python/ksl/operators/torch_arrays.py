@@ -56,7 +56,9 @@ _BY_NUMBER: weakref.WeakValueDictionary[int, Operator] = weakref.WeakValueDictio
 def _operator_of(number: int) -> Operator:
     found = _BY_NUMBER.get(number)
     if found is None:
-        raise RuntimeError("the model of this compiled graph is of another process, or is gone; keep what ksl.torch.differentiable returns as long as the graph, and compile it again")
+        raise RuntimeError(
+            "the model of this compiled graph is of another process, or is gone; keep what ksl.torch.differentiable returns as long as the graph, and compile it again"
+        )
     return found
 
 
@@ -77,7 +79,9 @@ def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> 
         if x.device.type != "cpu":
             raise ValueError(f"{call}: {name} is on {x.device}, which KSL can't reach; move it by {name}.cpu()")
         if x.is_nested:
-            raise ValueError(f"{call}: {name} is a nested tensor; expected one of one shape, by torch.nested.to_padded_tensor({name}, 0.0), or call with each of {name}.unbind()")
+            raise ValueError(
+                f"{call}: {name} is a nested tensor; expected one of one shape, by torch.nested.to_padded_tensor({name}, 0.0), or call with each of {name}.unbind()"
+            )
         if x.layout is not torch.strided:
             raise ValueError(f"{call}: {name} is a tensor of {x.layout}; expected a dense one, by {name}.to_dense()")
     return [x if isinstance(x, Tensor) else _tensor(x, f"{call}: {name}", dtype) for name, x in zip(inputs, arguments)]
@@ -103,7 +107,9 @@ def _holds_tensors(x: object) -> bool:
 def _compute(operator: Operator, stage: Stage, arguments: Sequence[Tensor]) -> list[Tensor]:
     """Runs a stage.  The extension reads and writes the memory of the tensors."""
     if not torch.compiler.is_compiling() and any(torch._C._functorch.is_legacy_batchedtensor(x) for x in arguments):
-        raise NotImplementedError(f"{operator.name}: is_grads_batched= and vectorize= of torch.autograd map where libraries have no part; take torch.func.jacrev, jacfwd, hessian or vmap")
+        raise NotImplementedError(
+            f"{operator.name}: is_grads_batched= and vectorize= of torch.autograd map where libraries have no part; take torch.func.jacrev, jacfwd, hessian or vmap"
+        )
     plain = [x.detach().resolve_neg().contiguous() for x in arguments]
     groups, states = plain[0].shape[:2]
     results = [torch.empty(shape, dtype=plain[0].dtype, device="cpu") for shape in operator.result_shapes(stage, groups, states)]
@@ -209,9 +215,7 @@ def _forward(stage: Stage, operator: Operator, arguments: Sequence[Tensor], chan
     return tuple(sum(each[1:], each[0]) for each in zip(*parts))
 
 
-def _mapped(
-    size: int, axes: Sequence[int | None], stage: Stage, operator: Operator, arguments: Sequence[Tensor]
-) -> tuple[tuple[Tensor, ...], tuple[int, ...]]:
+def _mapped(size: int, axes: Sequence[int | None], stage: Stage, operator: Operator, arguments: Sequence[Tensor]) -> tuple[tuple[Tensor, ...], tuple[int, ...]]:
     results, axis = mapped(torch, operator, stage, size, axes, arguments, partial(_apply_stage, stage, operator))
     return tuple(results), (axis,) * len(results)
 

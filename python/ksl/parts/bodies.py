@@ -186,7 +186,9 @@ class BodiesOverTime:
             if link in links:
                 frame = self._relative(top, link)
                 on_body = np.einsum("nab,nb->na", np.swapaxes(self._poses[:, self._at[top], :3, :3], 1, 2), force)
-                entries.append(Entry(name, "force element", frame[:, :3, :3] @ point + frame[:, :3, 3], np.concatenate([on_body, np.zeros_like(on_body)], axis=1)))
+                entries.append(
+                    Entry(name, "force element", frame[:, :3, :3] @ point + frame[:, :3, 3], np.concatenate([on_body, np.zeros_like(on_body)], axis=1))
+                )
         return entries
 
 

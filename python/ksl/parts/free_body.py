@@ -95,10 +95,19 @@ class FreeBody:
         """Values that JSON can hold."""
         vectors = ("gravity", "inertia", "acceleration", "angular_velocity", "angular_acceleration", "gravity_field", "center_of_mass", "residual")
         wrenches = [
-            {"name": w.name, "kind": w.kind, "point": w.point.tolist(), "wrench": w.wrench.tolist(), "undetermined": open_components(w.undetermined)} for w in self.wrenches
+            {"name": w.name, "kind": w.kind, "point": w.point.tolist(), "wrench": w.wrench.tolist(), "undetermined": open_components(w.undetermined)}
+            for w in self.wrenches
         ]
         numbers = {name: getattr(self, name).tolist() for name in vectors}
-        return {"link": self.link, "links": list(self.links), "frame": self.frame, "complete": self.complete, "mass": self.mass, "wrenches": wrenches, **numbers}
+        return {
+            "link": self.link,
+            "links": list(self.links),
+            "frame": self.frame,
+            "complete": self.complete,
+            "mass": self.mass,
+            "wrenches": wrenches,
+            **numbers,
+        }
 
 
 def open_components(undetermined: Sequence[bool] | NDArray[np.bool_]) -> list[str]:

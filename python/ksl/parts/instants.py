@@ -87,7 +87,9 @@ def of_stress(moved: Sequence[Moved], stress: Mapping[str, Factors], most: int |
     for link, factors in stress.items():
         vectors = _vectors(moved, link)
         by_name = _factors(link, factors, vectors[0])
-        rows = [sum((w @ by_name[name].T for name, w in of.items() if name in by_name), np.zeros((len(m.time), 1))) for m, of in zip(moved, vectors, strict=True)]
+        rows = [
+            sum((w @ by_name[name].T for name, w in of.items() if name in by_name), np.zeros((len(m.time), 1))) for m, of in zip(moved, vectors, strict=True)
+        ]
         _keep(chosen, moved, f"stresses of {link}", np.concatenate(rows), most)
     return chosen
 
@@ -141,7 +143,9 @@ def _factors(link: str, factors: Factors, wrenches: Mapping[str, Array]) -> dict
     else:
         table = np.atleast_2d(given.numbers(factors, f"stress of {link}"))
         if table.ndim != 2 or table.shape[1] != 6 * len(wrenches):
-            raise ArgumentError(f"stress of {link} has shape {table.shape}; expected (stresses, {6 * len(wrenches)}): six factors for each of {', '.join(wrenches)}")
+            raise ArgumentError(
+                f"stress of {link} has shape {table.shape}; expected (stresses, {6 * len(wrenches)}): six factors for each of {', '.join(wrenches)}"
+            )
         found = {name: table[:, 6 * i : 6 * i + 6] for i, name in enumerate(wrenches)}
     shapes = {x.shape for x in found.values()}
     if len(shapes) != 1 or not all(x.ndim == 2 and x.shape[1] == 6 and np.isfinite(x).all() for x in found.values()):

@@ -70,7 +70,11 @@ def _seat(seat: Seat, part: PartLoads, k: int) -> Iterator[str]:
         yield f"$ carry grid {seat.node} by nodes of your mesh: RBE3"
         return
     nodes, number = part.mesh.numbers[seat.nodes].tolist(), 90_000_000 + k
-    yield _small("RBE3", number, "", seat.node, 123456, 1.0, 123, *nodes) if part.coupling == "distributing" else _small("RBE2", number, seat.node, 123456, *nodes)
+    yield (
+        _small("RBE3", number, "", seat.node, 123456, 1.0, 123, *nodes)
+        if part.coupling == "distributing"
+        else _small("RBE2", number, seat.node, 123456, *nodes)
+    )
 
 
 def _loads(part: PartLoads, case: DeckCase, i: int) -> Iterator[str]:

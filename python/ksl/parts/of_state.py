@@ -21,7 +21,9 @@ def free_bodies(
     for x, name, columns in ((q, "q", model.nq), (v, "v", model.nv), (a, "a", model.nv)):
         row = argument_rows(x, name, columns, core_of(model))
         if row.shape != (columns,):
-            raise ValueError(f"{name} has shape {row.shape}; free bodies are those of one state, ({columns}): ksl.free_bodies(run, times=…) has those along a motion")
+            raise ValueError(
+                f"{name} has shape {row.shape}; free bodies are those of one state, ({columns}): ksl.free_bodies(run, times=…) has those along a motion"
+            )
         rows.append(row[None])
     given = {}
     for link, x in items_of(external, external_axes):

@@ -143,7 +143,9 @@ def _check_extent(mesh: Mesh, bodies: Sequence[FreeBody], units: Units, link: st
     other = next((name for name, system in SYSTEMS.items() if 1 / FAR <= mesh.extent / (reach / units.length * system.length) <= FAR), None)
     unit = "m" if units.length == 1 else "mm"
     mend = f"is it in {'mm' if unit == 'm' else 'm'}? then take the units {other}" if other and other != units.name else "check its units"
-    raise PartError(f"{mesh.file}: the mesh is {mesh.extent:.4g} {unit} large, and the points of {link} at which loads act are {reach:.4g} {unit} apart; {mend}")
+    raise PartError(
+        f"{mesh.file}: the mesh is {mesh.extent:.4g} {unit} large, and the points of {link} at which loads act are {reach:.4g} {unit} apart; {mend}"
+    )
 
 
 def _reach(bodies: Sequence[FreeBody]) -> float:
@@ -188,7 +190,9 @@ def _carrying(link: str, name: str, point: Array, mesh: Mesh, options: DeckOptio
     if name in options.radius:
         radius = options.radius[name] * units.length
         if not 0 < radius <= mesh.extent:
-            raise PartError(f"radius of {name}: {options.radius[name]:g} m, and the part is {mesh.extent / units.length:.3g} m large; radii are in m: is it in millimetres?")
+            raise PartError(
+                f"radius of {name}: {options.radius[name]:g} m, and the part is {mesh.extent / units.length:.3g} m large; radii are in m: is it in millimetres?"
+            )
         near = np.flatnonzero(np.linalg.norm(mesh.points - point, axis=1) <= radius)
         where = f"within {options.radius[name]:g} m of {name}"
         mend = f"its point is {np.linalg.norm(mesh.points - point, axis=1).min() / units.length:.3g} m from the nearest node"
@@ -268,7 +272,9 @@ def _notes_of_mesh(link: str, body: FreeBody, cases: Sequence[DeckCase], mesh: M
     if left > NOTICED * largest or turned > NOTICED * largest * mesh.extent:
         held = f"three nodes hold up to {left / units.force:.3g} N and {turned / units.moment:.3g} N m"
         of_joints = f"of {largest / units.force:.4g} N at the joints"
-        found.append(f"{link}: {held} that the mesh's own mass leaves of the balance, {of_joints}; relief=True (--relief) takes the accelerations with which it is in balance")
+        found.append(
+            f"{link}: {held} that the mesh's own mass leaves of the balance, {of_joints}; relief=True (--relief) takes the accelerations with which it is in balance"
+        )
     return found
 
 

@@ -72,7 +72,9 @@ def _of_file(path: Path, case: str, robot: str | os.PathLike[str] | None, welded
     time, q, v, a = motion_of_results(model, results)
     external, why_none = external_of_results(model, results, time)
     if why_none:
-        raise MotionError(f"{path}: external wrenches of load case {case} can't be read again, since {why_none}; compute the run in Python and give it to ksl.free_bodies")
+        raise MotionError(
+            f"{path}: external wrenches of load case {case} can't be read again, since {why_none}; compute the run in Python and give it to ksl.free_bodies"
+        )
     require_same(model, results, str(path), (q, v, a), external)
     return Moved(case, model, time, q, v, a, external, welded)
 

@@ -61,5 +61,7 @@ class Material:
         if self.young < 1e7:
             raise PartError(f"young={self.young:g} Pa is less than rubber has; is it in MPa? give it in Pa, as 2.1e11 of steel, whatever the units of the deck")
         if self.density is not None and self.density < 1e-3:
-            raise PartError(f"density={self.density:g} kg/m³ is that of no solid; is it in t/mm³? give it in kg/m³, as 7850 of steel, whatever the units of the deck")
+            raise PartError(
+                f"density={self.density:g} kg/m³ is that of no solid; is it in t/mm³? give it in kg/m³, as 7850 of steel, whatever the units of the deck"
+            )
         return self

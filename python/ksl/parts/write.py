@@ -35,7 +35,14 @@ NAME_LENGTH = 80
 """Characters of a link's name in the names of its decks."""
 
 AXES = ("x", "y", "z")
-OF_WRENCH = {"": ("case", "load_case", "link", "frame", "kind", "name"), "s": ("time",), "m": AXES, "N": COMPONENTS[:3], "N m": COMPONENTS[3:], " ": ("undetermined",)}
+OF_WRENCH = {
+    "": ("case", "load_case", "link", "frame", "kind", "name"),
+    "s": ("time",),
+    "m": AXES,
+    "N": COMPONENTS[:3],
+    "N m": COMPONENTS[3:],
+    " ": ("undetermined",),
+}
 OF_MOTION = {
     "": ("case", "load_case", "link", "frame", "links", "why"), "s": ("time",), "kg": ("mass",), "m": tuple(f"center_{i}" for i in AXES), "m/s²": (*(f"a{i}" for i in AXES), *(f"g{i}" for i in AXES)),
     "rad/s": tuple(f"w{i}" for i in AXES), "rad/s²": tuple(f"alpha{i}" for i in AXES), "N": ("residual_force",), "N m": ("residual_moment",), " ": ("complete",),
@@ -63,7 +70,11 @@ def write(
     check_links(cases, given)
     parts = _parts(cases, given, options) if solvers else []
     names_of = _file_names([part.link for part in parts])
-    texts = {f"{names_of[part.link]}_{SOLVERS[solver]}": _deck(part, solver, [*_head(cases), *(one_line(note) for note in cases.notes)]) for part in parts for solver in solvers}
+    texts = {
+        f"{names_of[part.link]}_{SOLVERS[solver]}": _deck(part, solver, [*_head(cases), *(one_line(note) for note in cases.notes)])
+        for part in parts
+        for solver in solvers
+    }
     known = [*FILES, *texts, *_earlier(folder)]
     refuse_inputs([folder / name for name in known], [os.fspath(mesh) for mesh in given.values()])
     with staged(folder, known, None if force else partial(_refuse_others, folder, known, cases.made_of["robot"])) as stage:
@@ -166,7 +177,11 @@ def _write_workbook(path: Path, cases: Cases) -> None:
 def _earlier(folder: Path) -> list[str]:
     """Files that earlier free bodies in the folder say to be theirs: decks that this run doesn't write are removed."""
     said = _said(folder).get("files", [])
-    return [name for name in said if isinstance(name, str) and os.path.basename(name) == name and name.endswith(tuple(SOLVERS.values()))] if isinstance(said, list) else []
+    return (
+        [name for name in said if isinstance(name, str) and os.path.basename(name) == name and name.endswith(tuple(SOLVERS.values()))]
+        if isinstance(said, list)
+        else []
+    )
 
 
 def _said(folder: Path) -> dict[str, Any]:

@@ -20,7 +20,20 @@ if TYPE_CHECKING:
     from ksl.report.actuation_results import ActuationResults
 
 MARK = "maps.parquet"
-FILES = ("report.html", MARK, "maps.csv", "motion.parquet", "motion.csv", "serial.urdf", "serial.xml", "closed.xml", "leg.h", "leg.c", "leg_maps.h", "leg_maps.c")
+FILES = (
+    "report.html",
+    MARK,
+    "maps.csv",
+    "motion.parquet",
+    "motion.csv",
+    "serial.urdf",
+    "serial.xml",
+    "closed.xml",
+    "leg.h",
+    "leg.c",
+    "leg_maps.h",
+    "leg_maps.c",
+)
 
 
 def write_actuation(run: ActuationResults, folder: Path, force: bool) -> list[str]:

@@ -33,7 +33,7 @@ def write_actuation_page(path: Path, run: ActuationResults) -> None:
     sections = [_limits(run), *_maps(run, charts), _serial(run), _motion(run, charts)]
     links = [*SECTIONS, *([("motion", "Along the motion")] if run.motion else [])]
     navigation = "".join(f'<li><a href="#{anchor}">{text}</a></li>' for anchor, text in links)
-    head = f"<h1>{escape(title)}</h1><p class=\"made\">KSL {escape(__version__)}</p>{_facts(run)}"
+    head = f'<h1>{escape(title)}</h1><p class="made">KSL {escape(__version__)}</p>{_facts(run)}'
     write_page(path, title, f'<nav aria-label="Contents"><ul>{navigation}</ul></nav><main><header>{head}</header>{"".join(sections)}</main>', charts)
 
 
@@ -77,7 +77,9 @@ def _limits(run: ActuationResults) -> str:
         reason = f'<span class="reason">{escape(row.reason)}</span>'
         together = format_number(row.box) if np.isfinite(row.box) else ""
         rows.append((name, f"{row.what}, {_unit(run, row.joint, row.what)}", format_number(row.given or 0.0), between, together, verdict, reason))
-    return f'<section id="limits"><h2>Limits</h2><p>{said}</p>{_table(("Joint", "Limit", "File", "Motors give", "Together", "The file is", ""), rows)}</section>'
+    return (
+        f'<section id="limits"><h2>Limits</h2><p>{said}</p>{_table(("Joint", "Limit", "File", "Motors give", "Together", "The file is", ""), rows)}</section>'
+    )
 
 
 def _maps(run: ActuationResults, charts: Charts) -> list[str]:
@@ -86,7 +88,9 @@ def _maps(run: ActuationResults, charts: Charts) -> list[str]:
         others = ", ".join(f"{name} at {format_number(x)}" for name, x in zip(run.actuation.joints, run.at) if name != c.joint)
         figures = "".join(_figures(run, c, charts))
         anchor = ' id="maps"' if i == 0 else ""
-        sections.append(f'<section{anchor}><h2>{escape(c.joint)}</h2>{f"<p>With {escape(others)}.</p>" if others else ""}<div class="charts">{figures}</div></section>')
+        sections.append(
+            f'<section{anchor}><h2>{escape(c.joint)}</h2>{f"<p>With {escape(others)}.</p>" if others else ""}<div class="charts">{figures}</div></section>'
+        )
     return sections
 
 
@@ -109,8 +113,12 @@ def _figures(run: ActuationResults, c: JointCurves, charts: Charts) -> list[str]
         if alone is not None and box is not None:
             both = {"alone": alone} if len(a.joints) == 1 else {"alone": alone, "with all joints together": box}
             found.append(charts.over(title, x, [Panel(label, both, limits=(limit,) if limit else (), colours=CURVES)]))
-    found.append(charts.over("Reflected inertia", x, [Panel(f"Inertia, {inertia}", {"rotors": c.rotors, "rods and cranks": c.rods}, colours=("drive", "structure"))]))
-    found.append(charts.over("Distance from where motors hold nothing (1 here, 0 there)", x, [Panel("Relative det, 1", {"distance": c.distance}, colours=CURVES)]))
+    found.append(
+        charts.over("Reflected inertia", x, [Panel(f"Inertia, {inertia}", {"rotors": c.rotors, "rods and cranks": c.rods}, colours=("drive", "structure"))])
+    )
+    found.append(
+        charts.over("Distance from where motors hold nothing (1 here, 0 there)", x, [Panel("Relative det, 1", {"distance": c.distance}, colours=CURVES)])
+    )
     return found
 
 
@@ -121,7 +129,10 @@ def _serial(run: ActuationResults) -> str:
         joint = serial.joint(name)
         unit = "N m" if joint.unit == "rad" else "N"
         limits = [format_number(x) if x else "none" for x in (joint.effort, joint.velocity)]
-        mine, naive = (f"{format_number(rms[k])}, at most {format_number(largest[k])} {unit}" for rms, largest in ((e.root_mean_square, e.largest), (e.naive_root_mean_square, e.naive_largest)))
+        mine, naive = (
+            f"{format_number(rms[k])}, at most {format_number(largest[k])} {unit}"
+            for rms, largest in ((e.root_mean_square, e.largest), (e.naive_root_mean_square, e.naive_largest))
+        )
         units = ("kg m²" if joint.unit == "rad" else "kg", unit, f"{joint.unit}/s")
         rows.append((escape(name), *(f"{x} {u}" for x, u in zip((format_number(joint.armature), *limits), units)), mine, naive))
     inertia = a.reflected_inertia(run.at)
@@ -156,11 +167,20 @@ def _motion(run: ActuationResults, charts: Charts) -> str:
     figures = []
     for k, name in enumerate(a.motors):
         both = {"with rods and rotors": x.efforts[:, k], "static map": x.static[:, k]}
-        figures.append(charts.over_time(x.time, f"Effort of {escape(name)}", [Panel(f"Effort, {_unit(run, name, 'effort')}", both, colours=("drive", "motion-2"))]))
+        figures.append(
+            charts.over_time(x.time, f"Effort of {escape(name)}", [Panel(f"Effort, {_unit(run, name, 'effort')}", both, colours=("drive", "motion-2"))])
+        )
     if a.loops:
-        figures.append(charts.over_time(x.time, "Forces at the ends of rods", [Panel("Force, N", {name: x.forces[:, k] for k, name in enumerate(a.loops)}, colours=CURVES)]))
+        figures.append(
+            charts.over_time(
+                x.time, "Forces at the ends of rods", [Panel("Force, N", {name: x.forces[:, k] for k, name in enumerate(a.loops)}, colours=CURVES)]
+            )
+        )
     e = x.errors
-    off = "; ".join(f"{name} {format_number(e.root_mean_square[k])} (without rods and rotors {format_number(e.naive_root_mean_square[k])})" for k, name in enumerate(a.joints))
+    off = "; ".join(
+        f"{name} {format_number(e.root_mean_square[k])} (without rods and rotors {format_number(e.naive_root_mean_square[k])})"
+        for k, name in enumerate(a.joints)
+    )
     forces = "; ".join(f"{name} {format_number(np.abs(x.forces[:, k]).max())} N" for k, name in enumerate(a.loops))
     head = ("Motor", "Largest effort", "Share", "Largest velocity", "Share", "The static map errs by")
     lines = f"<p>Rods: {escape(forces)}.</p>" if forces else ""

@@ -57,6 +57,4 @@ def _residual(b: PowerBalance, time: Array, clock: Clock) -> str:
     )
     if b.relative_residual <= LARGE_RESIDUAL:
         return text
-    return text + (
-        f' <strong class="over">That is large</strong>: {CAUSES_OF_RESIDUALS}.'
-    )
+    return text + (f' <strong class="over">That is large</strong>: {CAUSES_OF_RESIDUALS}.')

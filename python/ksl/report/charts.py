@@ -90,7 +90,10 @@ class Panel:
 
     def packed(self, keep: Indices) -> dict[str, Any]:
         own = dict(zip(self.curves, self.colours))
-        curves = [{"name": name, "color": own.get(name) or ("drive" if name == self.driven else COLOURS.get(name, "motion")), "data": _packed(x[keep])} for name, x in self.curves.items()]
+        curves = [
+            {"name": name, "color": own.get(name) or ("drive" if name == self.driven else COLOURS.get(name, "motion")), "data": _packed(x[keep])}
+            for name, x in self.curves.items()
+        ]
         return {"label": self.label, "curves": curves, "limits": self.limits, "emphasis": self.emphasis}
 
 

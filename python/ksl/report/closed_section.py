@@ -36,4 +36,8 @@ def _open(found: ClosedMechanism) -> str:
     if not of_stiff:
         decided = [name for name in found.cases if name in found.stiff]
         return FOOTNOTE + (f". In the load cases {', '.join(decided)} stiffnesses decide them" if decided else "")
-    return beside if len(of_stiff) == len(found.open_in) else f"{beside}; in the load cases {', '.join(n for n in found.open_in if n not in of_stiff)} the value of least norm"
+    return (
+        beside
+        if len(of_stiff) == len(found.open_in)
+        else f"{beside}; in the load cases {', '.join(n for n in found.open_in if n not in of_stiff)} the value of least norm"
+    )

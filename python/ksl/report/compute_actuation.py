@@ -94,7 +94,9 @@ def _curves(a: Actuation, at: Array, k: int) -> JointCurves:
     velocity, velocity_box = (a.velocity_alone(q)[:, k], a.velocity_box(q)[:, k, 1]) if a.has_limits("velocity") else (None, None)
     distance = np.linalg.det(W) / np.linalg.det(a.motor_jacobian(at))
     inertia = [a.reflected_inertia(q, of=share)[:, k, k] for share in ("rotors", "rods")]
-    return JointCurves(a.joints[k], a.model.joint(a.joints[k]).unit, q, motors, W[:, :, k], effort, effort_box, velocity, velocity_box, inertia[0], inertia[1], distance)
+    return JointCurves(
+        a.joints[k], a.model.joint(a.joints[k]).unit, q, motors, W[:, :, k], effort, effort_box, velocity, velocity_box, inertia[0], inertia[1], distance
+    )
 
 
 def _through(a: Actuation, serial: Model, motion: Motion) -> MotionThrough:

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 Facts = list[tuple[str, str]]
 
 
-def report_input(
-    shown: Sequence[CaseResult], rows: Sequence[SummaryRow], provenance: Provenance, verdict: Verdict, notes: Sequence[str]
-) -> ReportInput:
+def report_input(shown: Sequence[CaseResult], rows: Sequence[SummaryRow], provenance: Provenance, verdict: Verdict, notes: Sequence[str]) -> ReportInput:
     """shown: the load cases whose curves are shown, worst first.  Rows, verdict and notes are those of all load cases."""
     first, several = shown[0].case, len(provenance.cases) > 1
     model = first.model

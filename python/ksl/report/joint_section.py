@@ -54,7 +54,16 @@ def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, e
 
 def _undetermined(quantities: Sequence[str]) -> list[tuple[str, str]]:
     words = ", ".join(name.replace("_", " ") for name in quantities)
-    return [("not determined", f"{words}: rigid bodies, and stiffnesses if there are some, leave {'them' if len(quantities) > 1 else 'it'} open; shown is one of the possible values, without stiffnesses that of least norm")] if words else []
+    return (
+        [
+            (
+                "not determined",
+                f"{words}: rigid bodies, and stiffnesses if there are some, leave {'them' if len(quantities) > 1 else 'it'} open; shown is one of the possible values, without stiffnesses that of least norm",
+            )
+        ]
+        if words
+        else []
+    )
 
 
 def _carries_nothing(loads: JointLoads) -> bool:

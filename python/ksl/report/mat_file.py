@@ -31,7 +31,9 @@ def write_mat(path: Path, cases: Sequence[LoadCase], provenance: Provenance) -> 
     wanted = [k for k, j in enumerate(first.joints) if first.placement.wanted(j.name)]
     largest = max(len(case.motion.time) for case in cases)
     if largest * len(wanted) * 48 > MOST_BYTES:
-        raise OutputError(f"{FILE}: {count(largest, 'sample')} of {count(len(wanted), 'joint')} are more than such a file holds in one array; leave out --mat, or take --joints")
+        raise OutputError(
+            f"{FILE}: {count(largest, 'sample')} of {count(len(wanted), 'joint')} are more than such a file holds in one array; leave out --mat, or take --joints"
+        )
     p, computed = first.placement, [_case(case, wanted) for case in cases]
     components = ["fx", "fy", "fz", "tx", "ty", "tz"] if p.order == "lin_ang" else ["tx", "ty", "tz", "fx", "fy", "fz"]
     said: dict[str, Any] = {

@@ -33,7 +33,12 @@ FILE = "wrenches.mcap"
 PAUSE = 1.0
 """Seconds between load cases."""
 _HEADER = "std_msgs/Header header\n"
-_OF_HEADER = "=" * 80 + "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n" + "=" * 80 + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+_OF_HEADER = (
+    "=" * 80
+    + "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    + "=" * 80
+    + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+)
 _VECTOR = "=" * 80 + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
 DEFINITIONS = {
     "geometry_msgs/msg/WrenchStamped": _HEADER + "geometry_msgs/Wrench wrench\n" + _OF_HEADER

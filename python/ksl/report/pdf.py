@@ -65,7 +65,9 @@ def write_pdf(page: Path, pdf: Path, browser: str, paper: Paper = "A4") -> None:
         except subprocess.TimeoutExpired:
             raise OutputError(f"{browser} did not print the report within {PATIENCE} s; leave out --pdf and print report.html from your browser") from None
         except OSError as e:
-            raise OutputError(f"{browser} can't be run ({os.strerror(e.errno) if e.errno else e}); name another browser in the environment variable {VARIABLE}") from None
+            raise OutputError(
+                f"{browser} can't be run ({os.strerror(e.errno) if e.errno else e}); name another browser in the environment variable {VARIABLE}"
+            ) from None
     if done.returncode or not pdf.is_file() or not pdf.stat().st_size:
         said = done.stderr.decode(errors="replace").strip().splitlines()
         last = f": {said[-1]}" if said else ""

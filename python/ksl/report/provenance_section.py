@@ -21,13 +21,7 @@ Case = Mapping[str, Any]
 
 def assumptions(cases: Sequence[Case]) -> list[str]:
     """What the results of these load cases assume, as `Provenance.cases` describes them."""
-    lines = [
-        *_by_case(cases, _rigidity),
-        *_by_case(cases, _followed),
-        MASSES,
-        LIMITS,
-        *_by_case(cases, _physics),
-    ]
+    lines = [*_by_case(cases, _rigidity), *_by_case(cases, _followed), MASSES, LIMITS, *_by_case(cases, _physics)]
     return lines
 
 
@@ -36,7 +30,10 @@ def _by_case(cases: Sequence[Case], sentence: Callable[[Case], str]) -> list[str
     alike: dict[str, list[str]] = {}
     for case in cases:
         alike.setdefault(sentence(case), []).append(str(case.get("name", "")))
-    return [text if len(alike) == 1 else f"{', '.join(names[:NAMED]) + (f' and {len(names) - NAMED} more' if len(names) > NAMED else '')}: {text}" for text, names in alike.items()]
+    return [
+        text if len(alike) == 1 else f"{', '.join(names[:NAMED]) + (f' and {len(names) - NAMED} more' if len(names) > NAMED else '')}: {text}"
+        for text, names in alike.items()
+    ]
 
 
 def _rigidity(case: Case) -> str:
@@ -89,7 +86,9 @@ def provenance_section(provenance: Provenance, notes: Sequence[str], components:
     rows = "".join(f'<tr><th scope="row">{name}</th><td>{escape(text)}</td></tr>' for name, text in facts if text)
     made = f'<table class="facts"><caption>How they were made</caption><tbody>{rows}</tbody></table>'
     unused = [note.of for note in of_kind(notes, Kind.VISUALS, Kind.CONTENT)]
-    lists = f"<h3>Assumptions</h3>{_list(assumptions(p.cases))}<h3>Content of the robot's file that was ignored</h3>{_list(unused) if unused else '<p>None.</p>'}"
+    lists = (
+        f"<h3>Assumptions</h3>{_list(assumptions(p.cases))}<h3>Content of the robot's file that was ignored</h3>{_list(unused) if unused else '<p>None.</p>'}"
+    )
     return f'<section id="provenance"><h2>What made these results</h2>{inputs if files else ""}{made}{lists}</section>'
 
 

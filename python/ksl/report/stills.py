@@ -87,7 +87,9 @@ class LargestLoad:
     """The magnitude."""
 
     def caption(self, joint: Joint) -> str:
-        words = {"effort": "largest effort", "brake": "largest effort of the brake", "coupling": "largest effort of the coupling"}.get(self.quantity, f"largest {self.quantity.replace('_', ' ')}")
+        words = {"effort": "largest effort", "brake": "largest effort of the brake", "coupling": "largest effort of the coupling"}.get(
+            self.quantity, f"largest {self.quantity.replace('_', ' ')}"
+        )
         return f"{words}: {format_number(self.value)} {unit(self.quantity, joint)}"
 
 

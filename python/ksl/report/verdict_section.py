@@ -15,11 +15,7 @@ WORDS: dict[Level, str] = {
     "red": "limits are exceeded",
 }
 """Words for the limits of the robot's file."""
-OF_COMPONENTS: dict[Level, str] = {
-    "green": "all components hold",
-    "amber": "components hold, but this needs a look",
-    "red": "components are over their limits",
-}
+OF_COMPONENTS: dict[Level, str] = {"green": "all components hold", "amber": "components hold, but this needs a look", "red": "components are over their limits"}
 ORDER: tuple[Level, ...] = ("green", "amber", "red")
 OF_USE: dict[Level, str] = {"green": "", "amber": "near the limit", "red": "exceeded"}
 """What is said of a share besides its colour, which not everybody sees and not every printer prints."""

@@ -26,7 +26,20 @@ from ksl.robot_files.mjcf_files import FilesOfMjcf
 from ksl.robot_files.mjcf_frames import matrix, moved
 from ksl.robot_files.mjcf_frames import pose as frame
 from ksl.robot_files.mjcf_actuators import actuated, actuator_count, added, effort_ranges, led, limit_of
-from ksl.robot_files.mjcf_loops import KINDS_OF_EQUALITY, Coupling, check_kinds, closures, common_name, coupled_joints, couplings, drives, handles, is_active, is_of_handle, name_of
+from ksl.robot_files.mjcf_loops import (
+    KINDS_OF_EQUALITY,
+    Coupling,
+    check_kinds,
+    closures,
+    common_name,
+    coupled_joints,
+    couplings,
+    drives,
+    handles,
+    is_active,
+    is_of_handle,
+    name_of,
+)
 from ksl.robot_files.mjcf_tendons import add_force_elements
 from ksl.robot_files.read_options import ReadOptions
 from ksl.model.model import Layout, Model, layout_of
@@ -106,7 +119,9 @@ def _load(file: str, text: bytes | None, contents: bytes, options: ReadOptions) 
     said: list[str] = []
     files = FilesOfMjcf(file, contents, text is not None)
     try:
-        mj = compiled(os.fspath(file), None if text is None else text.decode("utf-8", "replace"), lambda line: said.append(f"MuJoCo's compiler says: {_one_line(line)}"))
+        mj = compiled(
+            os.fspath(file), None if text is None else text.decode("utf-8", "replace"), lambda line: said.append(f"MuJoCo's compiler says: {_one_line(line)}")
+        )
     except Refused as e:
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     return _model(mj, file, options, said, files.inputs(DescriptionError))
@@ -331,7 +346,11 @@ class _Reader:
         """Where MuJoCo has the numbers of a joint."""
         q, v = self.mj.jnt_qposadr, self.mj.jnt_dofadr
         rows = [(j, OF_MUJOCO[int(self.mj.jnt_type[j])]) for j in joints]
-        entry: dict[str, Any] = {"kind": kind, "q": [int(q[j]) + i for j, row in rows for i in range(row.nq)], "v": [int(v[j]) + i for j, row in rows for i in range(row.nv)]}
+        entry: dict[str, Any] = {
+            "kind": kind,
+            "q": [int(q[j]) + i for j, row in rows for i in range(row.nq)],
+            "v": [int(v[j]) + i for j, row in rows for i in range(row.nv)],
+        }
         if kind == "free" and placement is not None:
             entry["placement"] = placement.tolist()
         self.layout["joints"][name] = entry
@@ -381,7 +400,6 @@ class _Reader:
             if count:
                 lines.append(f"{word} ({count})")
         return lines
-
 
     def equality_lines(self) -> list[str]:
         """Constraints that are not closed, and what isn't used of the others."""

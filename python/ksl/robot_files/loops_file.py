@@ -1,31 +1,31 @@
 """Joints that close loops, force elements, and drives, in a file beside that of the robot, for robot files that must stay as they are.
 
-    robot = "fourbar"                 # as the robot file names it; may be left out
-    drives = ["A"]                    # the joints that have a motor, or { A = 1.0, B = 4.0 } with weights; may be left out
+robot = "fourbar"                 # as the robot file names it; may be left out
+drives = ["A"]                    # the joints that have a motor, or { A = 1.0, B = 4.0 } with weights; may be left out
 
-    [[loop]]
-    name = "C"
-    kind = "revolute"                 # any kind of joint but floating
-    predecessor = "coupler"           # two links
-    successor = "rocker"
-    predecessor_xyz = [0.32, 0, 0]    # the joint's frame on each side, in that link's frame: m; zero if left out
-    predecessor_rpy = [0, 0, 0]       # rad, about the fixed axes x, y, z in this order
-    successor_xyz = [0.25, 0, 0]
-    axis = [0, 1, 0]                  # for kinds that have one; the same components in both frames; axis2 for universal joints
-    # pitch = 0.001                   # of helical joints, m/rad
+[[loop]]
+name = "C"
+kind = "revolute"                 # any kind of joint but floating
+predecessor = "coupler"           # two links
+successor = "rocker"
+predecessor_xyz = [0.32, 0, 0]    # the joint's frame on each side, in that link's frame: m; zero if left out
+predecessor_rpy = [0, 0, 0]       # rad, about the fixed axes x, y, z in this order
+successor_xyz = [0.25, 0, 0]
+axis = [0, 1, 0]                  # for kinds that have one; the same components in both frames; axis2 for universal joints
+# pitch = 0.001                   # of helical joints, m/rad
 
-    [[force_element]]                 # a spring, damper or cylinder between two points; acts where physics= names "force elements"
-    name = "gas spring"
-    link1 = "ground"                  # two links, and a point in the frame of each, m
-    point1 = [0, 0, 0.1]
-    link2 = "rocker"
-    point2 = [0.2, 0, 0]
-    stiffness = 500                   # N/m; tension = preload + stiffness (length − free_length) + damping × rate of the length
-    free_length = 0.3                 # m
-    damping = 40                      # N s/m
-    preload = -250                    # N, positive where it pulls
-    limits = [0.1, 0.4]               # of the length, m; beyond them it is refused, unless there are stops:
-    stop_stiffness = 1e6              # N/m
+[[force_element]]                 # a spring, damper or cylinder between two points; acts where physics= names "force elements"
+name = "gas spring"
+link1 = "ground"                  # two links, and a point in the frame of each, m
+point1 = [0, 0, 0.1]
+link2 = "rocker"
+point2 = [0.2, 0, 0]
+stiffness = 500                   # N/m; tension = preload + stiffness (length − free_length) + damping × rate of the length
+free_length = 0.3                 # m
+damping = 40                      # N s/m
+preload = -250                    # N, positive where it pulls
+limits = [0.1, 0.4]               # of the length, m; beyond them it is refused, unless there are stops:
+stop_stiffness = 1e6              # N/m
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ class LoopsFile:
 
     def check_robot(self, name: str) -> None:
         if self.robot is not None and self.robot != name:
-            raise self._refused(f"its loops are those of robot {self.robot!r}, but the robot is called {name!r}; give the file of that robot, or correct the name in it")
+            raise self._refused(
+                f"its loops are those of robot {self.robot!r}, but the robot is called {name!r}; give the file of that robot, or correct the name in it"
+            )
 
     def refused(self, error: ValueError) -> DescriptionError:
         """What the model says of a loop, with the name of the file."""

@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SEARCHED = (
-    ("ROS_PACKAGE_PATH", ""),
-    ("AMENT_PREFIX_PATH", "share"),
-    ("CMAKE_PREFIX_PATH", "share"),
-    ("GAZEBO_MODEL_PATH", ""),
-    ("GZ_SIM_RESOURCE_PATH", ""),
-)
+SEARCHED = (("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"), ("GAZEBO_MODEL_PATH", ""), ("GZ_SIM_RESOURCE_PATH", ""))
 """Environment variables that hold folders of packages, and where below each folder the packages are."""
 
 SAMPLED = 3000
@@ -60,9 +54,7 @@ def forget_folders() -> None:
 
 
 @lru_cache(maxsize=1024)
-def _package_folders(
-    package: str, robot: Path, package_paths: tuple[Path, ...], environment: tuple[str, ...]
-) -> list[Path]:
+def _package_folders(package: str, robot: Path, package_paths: tuple[Path, ...], environment: tuple[str, ...]) -> list[Path]:
     candidates: list[Path] = []
     for path in package_paths:
         candidates += [path / package, path / "share" / package]

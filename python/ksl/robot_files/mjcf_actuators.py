@@ -107,7 +107,9 @@ def _force(mj: Any, i: int) -> Range:
     out = int(mj.actuator_outadr[i]) if hasattr(mj, "actuator_outadr") else i
     bound = UNBOUNDED
     bias = mj.actuator_biasprm[i]
-    is_motor = mj.actuator_gaintype[i] == FIXED_GAIN and (mj.actuator_biastype[i] == NO_BIAS or (mj.actuator_biastype[i] == AFFINE_BIAS and not bias[1:3].any()))
+    is_motor = mj.actuator_gaintype[i] == FIXED_GAIN and (
+        mj.actuator_biastype[i] == NO_BIAS or (mj.actuator_biastype[i] == AFFINE_BIAS and not bias[1:3].any())
+    )
     if is_motor:
         constant = float(bias[0]) if mj.actuator_biastype[i] == AFFINE_BIAS else 0.0
         low, high = _times(_input(mj, i), float(mj.actuator_gainprm[i, 0]))

@@ -77,7 +77,9 @@ def _elements(xml: bytes) -> list[ElementTree.Element]:
 
 def _existing(names: Iterable[str], folders: Iterable[str]) -> list[str]:
     """Paths of files with these names, or with their last parts, in these folders."""
-    tried = (os.path.normpath(os.path.join(folder, part)) for name in names for part in dict.fromkeys((name, os.path.basename(name))) for folder in sorted(folders))
+    tried = (
+        os.path.normpath(os.path.join(folder, part)) for name in names for part in dict.fromkeys((name, os.path.basename(name))) for folder in sorted(folders)
+    )
     return [path for path in dict.fromkeys(tried) if "\0" not in path and os.path.isfile(path)]
 
 

@@ -159,11 +159,15 @@ def check_kinds(mj: Any) -> None:
     cut = 'or load the file with loops="cut" (--loops cut), without what closes loops'
     for i in range(mj.neq):
         if is_active(mj, i) and mj.eq_type[i] >= len(KINDS_OF_EQUALITY):
-            raise DescriptionError(f"equality constraint {name_of(mj, i)} is of kind {int(mj.eq_type[i])}, which KSL doesn't know; state it by connect, weld or joint, {cut}")
+            raise DescriptionError(
+                f"equality constraint {name_of(mj, i)} is of kind {int(mj.eq_type[i])}, which KSL doesn't know; state it by connect, weld or joint, {cut}"
+            )
     for f in range(getattr(mj, "nflex", 0)):
         bodies = set(mj.flex_vertbodyid[mj.flex_vertadr[f] : mj.flex_vertadr[f] + mj.flex_vertnum[f]].tolist())
         if len(bodies) > 1:
-            raise DescriptionError(f"flex {bytes(mj.names[mj.name_flexadr[f] :]).split(bytes(1), 1)[0].decode() or f + 1} is a soft body that joins {len(bodies)} bodies, and KSL's are rigid; remove it, {cut}")
+            raise DescriptionError(
+                f"flex {bytes(mj.names[mj.name_flexadr[f] :]).split(bytes(1), 1)[0].decode() or f + 1} is a soft body that joins {len(bodies)} bodies, and KSL's are rigid; remove it, {cut}"
+            )
 
 
 def bodies_of(mj: Any, i: int) -> tuple[int, int]:
@@ -205,7 +209,9 @@ def closures(mj: Any, used: set[int], left_out: set[int], say: Callable[[str], N
         if earlier is None or not _fold(earlier, closure):
             found.append(closure)
         else:
-            say(f"equality constraints {' and '.join(earlier.said)} connect the same two bodies at two points; they are read as one revolute joint about the line through these")
+            say(
+                f"equality constraints {' and '.join(earlier.said)} connect the same two bodies at two points; they are read as one revolute joint about the line through these"
+            )
     for closure in found:
         closure.kind = "spherical" if closure.kind == "connect" else closure.kind
     return found

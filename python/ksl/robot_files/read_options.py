@@ -78,7 +78,17 @@ class ReadOptions:
 
     def of_core(self) -> _OfCore:
         """What the compiled reader takes after text and name."""
-        return self.floating_base, self.mimic_independent, self.strict, self.numbers_of_gravity, self.points, self.masses_optional, self.model or "", self.physics_named, self.cut_loops
+        return (
+            self.floating_base,
+            self.mimic_independent,
+            self.strict,
+            self.numbers_of_gravity,
+            self.points,
+            self.masses_optional,
+            self.model or "",
+            self.physics_named,
+            self.cut_loops,
+        )
 
 
 def path_of_loops(loops: object) -> str:

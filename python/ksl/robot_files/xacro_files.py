@@ -120,7 +120,9 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
     if not os.path.isfile(file):
         raise DescriptionError(f"{file}: is no file; give a xacro file, or leave xacro out")
     if not own_process.is_possible():
-        raise DescriptionError(f"{file}: xacro runs in a Python of its own, and this one, inside of another program, knows none (sys.executable); run xacro before: xacro FILE > robot.urdf")
+        raise DescriptionError(
+            f"{file}: xacro runs in a Python of its own, and this one, inside of another program, knows none (sys.executable); run xacro before: xacro FILE > robot.urdf"
+        )
     forget_folders()
     packages = given.packages if isinstance(given, Arguments) else {}
 
@@ -139,19 +141,23 @@ def expanded(file: str, given: Mapping[str, object]) -> Expanded:
         said = str(made["refused"])
         raise DescriptionError(f"{file}: xacro refuses the file: {sentence(' '.join(said.split()))[:1000]}{_mend(said)}")
     unused = tuple(_unused(file, name, set(made["asked"])) for name in given if name not in made["asked"])
-    return Expanded(file + EXPANDED, made["text"].encode("utf-8", "replace"), _inputs(file, made["included"]), unused + _lines(file, made["said"] + "\n" + made["printed"]))
+    return Expanded(
+        file + EXPANDED, made["text"].encode("utf-8", "replace"), _inputs(file, made["included"]), unused + _lines(file, made["said"] + "\n" + made["printed"])
+    )
 
 
 def _unused(file: str, name: str, asked: set[str]) -> str:
     known = sorted(asked)
-    return sentence(f"{file}: xacro argument {name!r} changes nothing: {near_names(name, known)}the file {'asks for ' + listed(known) if known else 'asks for no argument'}")
+    return sentence(
+        f"{file}: xacro argument {name!r} changes nothing: {near_names(name, known)}the file {'asks for ' + listed(known) if known else 'asks for no argument'}"
+    )
 
 
 def _mend(text: str) -> str:
     if "Undefined substitution argument" in text or "is not defined" in text:
-        return "; give the argument: --xacro 'NAME:=VALUE' (xacro={\"NAME\": \"VALUE\"})"
+        return '; give the argument: --xacro \'NAME:=VALUE\' (xacro={"NAME": "VALUE"})'
     if "resource not found" in text or "package" in text.lower():
-        return "; packages are looked for in the folders above the file and where ROS does: name the folder by --package NAME=DIR (packages={\"NAME\": \"DIR\"}), or source the workspace's setup file"
+        return '; packages are looked for in the folders above the file and where ROS does: name the folder by --package NAME=DIR (packages={"NAME": "DIR"}), or source the workspace\'s setup file'
     return ""
 
 

@@ -53,7 +53,7 @@ class PD:
 class GravityCompensation:
     """tau = gravity_torque(q) − damping v, within ± limit: the mechanism floats.
 
-        m.simulate(q, v, times, efforts=GravityCompensation(damping=2.0))
+    m.simulate(q, v, times, efforts=GravityCompensation(damping=2.0))
     """
 
     damping: Gains = 0.0
@@ -81,7 +81,7 @@ class ComputedTorque:
 class Brake:
     """Brakes that engage at a time: dry friction that holds up to its effort, by the exact law.
 
-        m.simulate(q, v, times, efforts=controller, brake=Brake({"shoulder": 120.0, "elbow": 40.0}, at=0.8))
+    m.simulate(q, v, times, efforts=controller, brake=Brake({"shoulder": 120.0, "elbow": 40.0}, at=0.8))
     """
 
     effort: Gains

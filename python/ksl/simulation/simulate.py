@@ -169,9 +169,7 @@ class SimulationCalls(Calls):
             FINITE.judge(np.array(laws["brake_at"]), "brake.at")
         return laws
 
-    def _wrenches_over_time(
-        self, external: External | None, axes: str, times: Array, leading: tuple[int, ...]
-    ) -> list[tuple[int, OverTime]]:
+    def _wrenches_over_time(self, external: External | None, axes: str, times: Array, leading: tuple[int, ...]) -> list[tuple[int, OverTime]]:
         if axes not in ("link", "world"):
             raise ValueError(f"external_axes={axes!r}; {near_names(axes, ('link', 'world'))}expected one of 'link', 'world'")
         found = []
@@ -181,7 +179,9 @@ class SimulationCalls(Calls):
         return found
 
     def _simulation(self, times: Array, leading: tuple[int, ...], arrays: Any, ends: Any, happened: Any, is_free: bool) -> Simulation:
-        shaped = {name: x.reshape(*leading, *(x.shape[1:2] if x.shape[2] == 1 and name not in ("q", "v", "a", "tau") else x.shape[1:])) for name, x in arrays.items()}
+        shaped = {
+            name: x.reshape(*leading, *(x.shape[1:2] if x.shape[2] == 1 and name not in ("q", "v", "a", "tau") else x.shape[1:])) for name, x in arrays.items()
+        }
         how = np.array([end[0] for end in ends], dtype=int).reshape(leading)
         energy = shaped["kinetic"] + shaped["potential"]
         with np.errstate(invalid="ignore"):  # infinite ones are warned of
@@ -222,7 +222,9 @@ class SimulationCalls(Calls):
         which = f"run {early[0]}" + (f", the first of {len(early)}," if len(early) > 1 else "") if len(ends) > 1 else "the run"
         energy = np.reshape(run.energy, (len(ends), len(run.times)))[early[0]]
         last = energy[np.isfinite(energy)]
-        said_of_joint = {UNDERFLOW: "; joint {!r} is where the error is largest", ENDLESS: "; joint {!r} has the last one"}.get(how, ", those of joint {!r} first")
+        said_of_joint = {UNDERFLOW: "; joint {!r} is where the error is largest", ENDLESS: "; joint {!r} has the last one"}.get(
+            how, ", those of joint {!r} first"
+        )
         at = said_of_joint.format(names[0]) if names else ""
         at += f", {most_steps:,}; take longer steps, a larger error or an earlier end" if how == TOO_MANY else ""
         by_function = drives.first_not_finite(time) if how == NOT_FINITE else ""
@@ -235,7 +237,6 @@ class SimulationCalls(Calls):
         held = f"; its energy was {last[-1]:.4g} J" if len(last) else ""
         said = f"{which} ended at {time:.9g} s of {run.times[-1]:g} s: {REASONS[how]}{at}{held}.  Rows after that are NaN."
         warnings.warn(sentence(said), RuntimeWarning, stacklevel=3)
-
 
     def _warn_of_overflow(self, run: Simulation) -> None:
         """Says where motions are finite, and squares of velocities are not."""

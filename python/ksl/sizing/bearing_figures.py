@@ -64,9 +64,7 @@ def _one_of_pair(sheet: Sheet, which: str, Fr: Array, Fa: Array) -> None:
             P = bearings.deep_groove_load(Fr, Fa, sheet.number(f"{which}.C0"), sheet.number(f"{which}.f0")).P
         else:  # no axial force: P = Fr whatever C0 and f0 are
             P = Fr
-        split = Formula(
-            f"{bearing_pair.REACTIONS.text}; {formula.text}", f"{bearing_pair.REACTIONS.source}; {formula.source}"
-        )
+        split = Formula(f"{bearing_pair.REACTIONS.text}; {formula.text}", f"{bearing_pair.REACTIONS.source}; {formula.source}")
         sheet.life(f"{which}: ", sheet.number(f"{which}.C"), P, BALL, split, place)
     _static(sheet, f"{which}: ", f"{which}.", P0, static, {"Fr": Fr, "Fa": Fa})
 
@@ -81,38 +79,19 @@ def opposed_figures(sheet: Sheet) -> None:
     # The joint's wrench is what the parent exerts on the child; the shaft presses against the bearings with its opposite.
     push = -s.axial_force if part.get("shaft") == "child" else s.axial_force
     towards_a = push if bearing_pair.loaded_by_positive(a, b, part.get("arrangement")) == "a" else -push
-    Fa = dict(
-        zip(
-            "ab",
-            bearing_pair.opposed_axial_loads(Fr["a"], Fr["b"], towards_a, bearings.ANGULAR_CONTACT[angle].e),
-            strict=True,
-        )
-    )
+    Fa = dict(zip("ab", bearing_pair.opposed_axial_loads(Fr["a"], Fr["b"], towards_a, bearings.ANGULAR_CONTACT[angle].e), strict=True))
     text = f"{bearing_pair.REACTIONS.text}; {bearing_pair.OPPOSED.text}; {bearings.ANGULAR_SINGLE.text}"
     source = f"{bearing_pair.REACTIONS.source}; {bearing_pair.OPPOSED.source}; {bearings.ANGULAR_SINGLE.source}"
     for which in "ab":
-        place = {
-            **sheet.given(f"{which}.position", "arrangement", "contact_angle_deg"),
-            "e": f"{bearings.ANGULAR_CONTACT[angle].e:g}",
-        }
+        place = {**sheet.given(f"{which}.position", "arrangement", "contact_angle_deg"), "e": f"{bearings.ANGULAR_CONTACT[angle].e:g}"}
         if sheet.has(f"{which}: life", f"{which}.C"):
             P = bearings.angular_contact_load(Fr[which], Fa[which], angle, "single").P
             sheet.life(f"{which}: ", sheet.number(f"{which}.C"), P, BALL, Formula(text, source), place)
         P0 = bearings.angular_contact_static(Fr[which], Fa[which], angle, "single")
-        _static(
-            sheet, f"{which}: ", f"{which}.", P0, bearings.ANGULAR_SINGLE_STATIC, {"Fr": Fr[which], "Fa": Fa[which]}
-        )
+        _static(sheet, f"{which}: ", f"{which}.", P0, bearings.ANGULAR_SINGLE_STATIC, {"Fr": Fr[which], "Fa": Fa[which]})
 
 
-def _static(
-    sheet: Sheet,
-    of: str,
-    prefix: str,
-    P0: Array,
-    formula: Formula,
-    forces: dict[str, Array],
-    moments: dict[str, Array] | None = None,
-) -> None:
+def _static(sheet: Sheet, of: str, prefix: str, P0: Array, formula: Formula, forces: dict[str, Array], moments: dict[str, Array] | None = None) -> None:
     """Static safety at the worst sample of all cases, against what is asked for."""
     if not sheet.has(f"{of}static safety", f"{prefix}C0", f"{prefix}required_static_safety"):
         return
@@ -120,19 +99,5 @@ def _static(
     named = {name: f"{significant(float(x[k]))} N" for name, x in forces.items()}
     named |= {name: f"{significant(float(x[k]))} N m" for name, x in (moments or {}).items()}
     C0, required = sheet.number(f"{prefix}C0"), sheet.number(f"{prefix}required_static_safety")
-    inputs = {
-        **sheet.given(f"{prefix}C0"),
-        "P0": f"{significant(float(P0[k]))} N",
-        **named,
-        "required": f"{required:g}",
-    }
-    sheet.add(
-        f"{of}static safety",
-        formula,
-        float(bearings.static_safety(C0, P0[k])),
-        "",
-        inputs,
-        required,
-        at=k,
-        smallest=True,
-    )
+    inputs = {**sheet.given(f"{prefix}C0"), "P0": f"{significant(float(P0[k]))} N", **named, "required": f"{required:g}"}
+    sheet.add(f"{of}static safety", formula, float(bearings.static_safety(C0, P0[k])), "", inputs, required, at=k, smallest=True)

@@ -38,7 +38,9 @@ def deep_groove_ratings(balls: int, ball_diameter: float, pitch_diameter: float)
     """
     D, gamma = 1000.0 * ball_diameter, ball_diameter / pitch_diameter
     if not min(F_C) <= gamma <= max(F_C) or balls < 1:
-        raise ValueError(f"{balls} balls of {ball_diameter:g} m on {pitch_diameter:g} m: expected a ball at least, with a diameter of 0.05 to 0.3 of the pitch diameter")
+        raise ValueError(
+            f"{balls} balls of {ball_diameter:g} m on {pitch_diameter:g} m: expected a ball at least, with a diameter of 0.05 to 0.3 of the pitch diameter"
+        )
     f_c = float(np.interp(gamma, list(F_C), list(F_C.values())))
     f0 = float(np.interp(gamma, 0.01 * np.arange(len(F_0)), F_0))
     size = D**1.8 if D <= LARGE_BALL else 3.647 * D**1.4

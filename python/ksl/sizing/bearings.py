@@ -45,10 +45,7 @@ ANGULAR_CONTACT = {
 }
 """By contact angle in degrees: ISO 281:2007, Table 3; ISO 76:2006, Table 2."""
 
-DEEP_GROOVE = Formula(
-    "P = X Fr + Y Fa; e, Y over f0 Fa/C0; Fa/Fr ≤ e: P = Fr",
-    "ISO 281:2007, 5.2.1 and Table 3, single row, radial contact groove",
-)
+DEEP_GROOVE = Formula("P = X Fr + Y Fa; e, Y over f0 Fa/C0; Fa/Fr ≤ e: P = Fr", "ISO 281:2007, 5.2.1 and Table 3, single row, radial contact groove")
 DEEP_GROOVE_STATIC = Formula("s0 = C0/P0, P0 = max(Fr, 0.6 Fr + 0.5 Fa)", "ISO 76:2006, 5.2")
 ANGULAR_SINGLE = Formula("P = X Fr + Y Fa; Fa/Fr ≤ e: P = Fr", "ISO 281:2007, Table 3, single row")
 ANGULAR_SINGLE_STATIC = Formula("s0 = C0/P0, P0 = max(Fr, 0.5 Fr + Y0 Fa)", "ISO 76:2006, Table 2, single row")
@@ -59,9 +56,7 @@ CROSSED_ROLLER = Formula(
     "the same in the catalogues of THK (Cross-Roller Ring), IKO and Harmonic Drive",
 )
 CROSSED_ROLLER_STATIC = Formula("fs = C0/P0, P0 = Fr + 2 M/dp + 0.44 Fa, at each sample", "catalogues of THK and IKO")
-CROSSED_ROLLER_LIFE = Formula(
-    "L10 = a1 (C/(fw Pm))^(10/3) million revolutions", "catalogues of THK and IKO; a1: ISO 281:2007, Table 12"
-)
+CROSSED_ROLLER_LIFE = Formula("L10 = a1 (C/(fw Pm))^(10/3) million revolutions", "catalogues of THK and IKO; a1: ISO 281:2007, Table 12")
 
 
 class Equivalent(NamedTuple):
@@ -93,9 +88,7 @@ def deep_groove_static(Fr: ArrayLike, Fa: ArrayLike) -> Array:
     return np.asarray(np.maximum(r, 0.6 * r + 0.5 * a))
 
 
-def angular_contact_load(
-    Fr: ArrayLike, Fa: ArrayLike, angle: int, arrangement: Literal["single", "pair"]
-) -> Equivalent:
+def angular_contact_load(Fr: ArrayLike, Fa: ArrayLike, angle: int, arrangement: Literal["single", "pair"]) -> Equivalent:
     """Equivalent dynamic load of angular contact ball bearings of a contact angle in degrees: 20, 25, 30, 35, 40 or 45.
 
     arrangement: one row, whose Fa includes what the radial load induces (`opposed_axial_loads`), or a back-to-back or
@@ -110,9 +103,7 @@ def angular_contact_load(
 def angular_contact_static(Fr: ArrayLike, Fa: ArrayLike, angle: int, arrangement: Literal["single", "pair"]) -> Array:
     """Equivalent static load, N: 0.5 Fr + Y0 Fa, at least Fr; of a pair Fr + 2 Y0 Fa.  Source: ISO 76:2006, Table 2."""
     f, r, a = ANGULAR_CONTACT[angle], np.abs(np.asarray(Fr, dtype=float)), np.abs(np.asarray(Fa, dtype=float))
-    return np.asarray(
-        np.maximum(r, f.X0_single * r + f.Y0_single * a) if arrangement == "single" else f.X0_pair * r + f.Y0_pair * a
-    )
+    return np.asarray(np.maximum(r, f.X0_single * r + f.Y0_single * a) if arrangement == "single" else f.X0_pair * r + f.Y0_pair * a)
 
 
 def crossed_roller_load(Fr: ArrayLike, Fa: ArrayLike, M: ArrayLike, dp: float) -> Equivalent:
@@ -136,9 +127,7 @@ def static_safety(C0: float, P0: ArrayLike) -> Array:
         return np.asarray(C0 / np.asarray(P0, dtype=float))
 
 
-def _below_or_above(
-    Fr: ArrayLike, Fa: ArrayLike, e: ArrayLike, below: tuple[ArrayLike, ArrayLike], above: tuple[ArrayLike, ArrayLike]
-) -> Equivalent:
+def _below_or_above(Fr: ArrayLike, Fa: ArrayLike, e: ArrayLike, below: tuple[ArrayLike, ArrayLike], above: tuple[ArrayLike, ArrayLike]) -> Equivalent:
     """X Fr + Y Fa with one pair of factors where Fa ≤ e Fr, the limit included, and another above."""
     r, a = np.abs(np.asarray(Fr, dtype=float)), np.abs(np.asarray(Fa, dtype=float))
     light = a <= np.asarray(e) * r

@@ -28,17 +28,11 @@ def flange_figures(sheet: Sheet) -> None:
     except ValueError as e:
         raise SizingError(f"{part.where}: {part.name}: {e}") from None
     axial, shear = loads.axial, np.hypot(loads.shear[..., 0], loads.shear[..., 1])
-    inputs = (
-        {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at", "on")
-    )
+    inputs = {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at", "on")
     k, bolt = _worst(axial)
-    sheet.add(
-        "axial load of a bolt", bolts.PATTERN, float(axial[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k
-    )
+    sheet.add("axial load of a bolt", bolts.PATTERN, float(axial[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k)
     k, bolt = _worst(shear)
-    sheet.add(
-        "shear load of a bolt", bolts.PATTERN, float(shear[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k
-    )
+    sheet.add("shear load of a bolt", bolts.PATTERN, float(shear[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k)
     phi, said = _load_factor(sheet)
     if phi is None:
         return
@@ -52,18 +46,14 @@ def _flange_axes(sheet: Sheet) -> Array:
     part = sheet.part
     normal = np.array(part.get("normal") or sheet.samples.axis, dtype=float)
     if not normal.any():
-        raise SizingError(
-            f"{part.where}: {part.name}: normal is zero; give a direction along the bolts, [0, 0, 1] for instance"
-        )
+        raise SizingError(f"{part.where}: {part.name}: normal is zero; give a direction along the bolts, [0, 0, 1] for instance")
     z = normal / np.linalg.norm(normal)
     given = part.get("x_axis")
     x = np.array(given or np.eye(3)[0 if abs(z[0]) < 0.9 else 1], dtype=float)
     length = np.linalg.norm(x)
     x = x - (x @ z) * z
     if np.linalg.norm(x) <= 1e-6 * length:
-        raise SizingError(
-            f"{part.where}: {part.name}: x_axis is zero or along the normal; give a direction across the bolts"
-        )
+        raise SizingError(f"{part.where}: {part.name}: x_axis is zero or along the normal; give a direction across the bolts")
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z])
 
@@ -107,12 +97,7 @@ def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, po
     k, bolt = _worst(axial)
     if sheet.has("bolt force", "preload", "tightening_factor"):
         force = sheet.number("tightening_factor") * sheet.number("preload") + phi * float(axial[k, bolt])
-        inputs = {
-            **sheet.given("tightening_factor", "preload"),
-            **said,
-            "F_A": f"{significant(float(axial[k, bolt]))} N",
-            "bolt": _bolt(points, bolt),
-        }
+        inputs = {**sheet.given("tightening_factor", "preload"), **said, "F_A": f"{significant(float(axial[k, bolt]))} N", "bolt": _bolt(points, bolt)}
         formula, name = _of_name(sheet, bolts.BOLT_FORCE)
         inputs |= name
         sheet.add("bolt force", formula, force, "N", inputs, "yield_force", at=k)
@@ -122,21 +107,8 @@ def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, po
         name = {"thread and class": sheet.part.get("bolt")}
     amplitude = phi * np.ptp(axial, axis=0) / 2
     bolt = int(np.argmax(amplitude))
-    inputs = {
-        **said,
-        "F_A": f"{significant(float(axial[:, bolt].min()))} to {significant(float(axial[:, bolt].max()))} N",
-        "bolt": _bolt(points, bolt),
-        **name,
-    }
-    sheet.add(
-        "force amplitude of a bolt",
-        formula,
-        float(amplitude[bolt]),
-        "N",
-        inputs,
-        "amplitude_limit",
-        at=int(np.argmax(axial[:, bolt])),
-    )
+    inputs = {**said, "F_A": f"{significant(float(axial[:, bolt].min()))} to {significant(float(axial[:, bolt].max()))} N", "bolt": _bolt(points, bolt), **name}
+    sheet.add("force amplitude of a bolt", formula, float(amplitude[bolt]), "N", inputs, "amplitude_limit", at=int(np.argmax(axial[:, bolt])))
 
 
 def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: Array, points: Array) -> None:
@@ -146,12 +118,7 @@ def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: 
     k, bolt = _worst(axial)
     left = float(bolts.residual_clamp(preload, embedding, phi, axial[k, bolt]))
     share = float(bolts.required_preload(wanted, phi, axial[k, bolt], embedding)) / preload
-    inputs = {
-        **given,
-        "F_A": f"{significant(float(axial[k, bolt]))} N",
-        **sheet.given("required_clamp"),
-        "bolt": _bolt(points, bolt),
-    }
+    inputs = {**given, "F_A": f"{significant(float(axial[k, bolt]))} N", **sheet.given("required_clamp"), "bolt": _bolt(points, bolt)}
     formula = Formula(f"{clamping.text}; use: (F_Kerf + (1 − Φ) F_A + F_Z)/F_M", clamping.source)
     sheet.add(
         "residual clamp force",
@@ -172,12 +139,7 @@ def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: 
     ratio = np.where(clamp > 0, needed / np.where(clamp > 0, clamp, 1.0), np.inf)
     k, bolt = _worst(ratio)
     friction = sheet.given("friction", "interfaces")
-    inputs = {
-        "F_KR": f"{significant(float(clamp[k, bolt]))} N",
-        "F_Q": f"{significant(float(shear[k, bolt]))} N",
-        **friction,
-        "bolt": _bolt(points, bolt),
-    }
+    inputs = {"F_KR": f"{significant(float(clamp[k, bolt]))} N", "F_Q": f"{significant(float(shear[k, bolt]))} N", **friction, "bolt": _bolt(points, bolt)}
     sheet.add("slip", bolts.SLIP, float(ratio[k, bolt]), "", inputs, 1.0, at=k)
     smallest = bolts.required_preload(np.maximum(needed, wanted), phi, axial, embedding)
     k, bolt = _worst(smallest)

@@ -37,8 +37,7 @@ EMBEDDING = {"plate": 8e-6, "nut": 11e-6}
 
 
 PRELOAD = Formula(
-    "α_A F_M = A_S ν Rp0.2/√(1 + 3 k²), k = 3/2 (d2/d_S) (P/(π d2) + 1.155 μ_G)",
-    "VDI 2230 part 1:2015, R7 and Table A8; ISO 898-1:2013, Table 3; ISO 68-1",
+    "α_A F_M = A_S ν Rp0.2/√(1 + 3 k²), k = 3/2 (d2/d_S) (P/(π d2) + 1.155 μ_G)", "VDI 2230 part 1:2015, R7 and Table A8; ISO 898-1:2013, Table 3; ISO 68-1"
 )
 RESILIENCE = Formula(
     "δ_S of head, shank, free and engaged thread; δ_P of a cone with tan φ = 0.6; F_Z = f_Z/(δ_S + δ_P)",

@@ -11,13 +11,10 @@ from ksl.mechanism.states import Array
 from ksl.sizing.figures import Formula
 
 PATTERN = Formula(
-    "F_A,i = F_z/n + a x_i + b y_i about the centroid; F_Q,i = F_xy/n + M_z × r_i / Σ r²",
-    "rigid flange, equal bolts, joint that stays closed; VDI 2230 part 2",
+    "F_A,i = F_z/n + a x_i + b y_i about the centroid; F_Q,i = F_xy/n + M_z × r_i / Σ r²", "rigid flange, equal bolts, joint that stays closed; VDI 2230 part 2"
 )
 BOLT_FORCE = Formula("F_S = α_A F_M + Φ F_A, Φ = n δ_P/(δ_S + δ_P)", "VDI 2230 part 1:2015, R3 and R8")
-CLAMP = Formula(
-    "F_KR = F_M − F_Z − (1 − Φ) F_A; opens at F_A = (F_M − F_Z)/(1 − Φ)", "VDI 2230 part 1:2015, R3, R5, R6"
-)
+CLAMP = Formula("F_KR = F_M − F_Z − (1 − Φ) F_A; opens at F_A = (F_M − F_Z)/(1 − Φ)", "VDI 2230 part 1:2015, R3, R5, R6")
 SLIP = Formula("F_KQ/F_KR of each bolt, F_KQ = F_Q/(q_F μ_T)", "VDI 2230 part 1:2015, R2")
 PRELOAD = Formula("F_Mmin = max(F_KQ + (1 − Φ) F_A) + F_Z", "VDI 2230 part 1:2015, R5")
 AMPLITUDE = Formula("F_Sa = Φ (F_A,max − F_A,min)/2", "VDI 2230 part 1:2015, R9")

@@ -14,11 +14,7 @@ from ksl.base.toml_lines import line_of, toml_lines
 from ksl.sizing.bolt_names import named_bolt
 from ksl.sizing.bolt_numbers import FOR_BOLTS, numbers_of_bolt
 from ksl.sizing.catalogue.catalogue import COMMON, FLANGE, KINDS
-from ksl.sizing.catalogue.catalogue_numbers import (
-    LARGEST,
-    as_toml,
-    is_number,
-)
+from ksl.sizing.catalogue.catalogue_numbers import LARGEST, as_toml, is_number
 from ksl.sizing.choice.requests import requests_of
 from ksl.sizing.life import RELIABILITY
 from ksl.sizing.parts import Components, Part
@@ -55,10 +51,7 @@ class _ComponentsReader(Reader):
         entries = t.get("component", [])
         requests = requests_of(self, t["choose"]) if "choose" in t else ()
         if not isinstance(entries, list) or not (entries or requests):
-            raise self.fail(
-                "holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some",
-                "component",
-            )
+            raise self.fail("holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some", "component")
         life = self.optional_number(t.get("required_life_h"), "required_life_h")
         reliability = self.optional_number(t.get("reliability", 90.0), "reliability") or 90.0
         edition = t.get("iso_281", 2007)
@@ -147,15 +140,6 @@ class _ComponentsReader(Reader):
     def part_joints(self, entry: Mapping[str, Any], path: tuple[str | int, ...]) -> tuple[str, ...]:
         given = entry.get("joints", entry.get("joint"))
         joints = [given] if isinstance(given, str) else given
-        if (
-            ("joint" in entry) == ("joints" in entry)
-            or not isinstance(joints, list)
-            or not joints
-            or not all(isinstance(j, str) for j in joints)
-        ):
-            raise self.fail(
-                'expected joint = "NAME", or joints = ["NAME", "NAME"]',
-                *path,
-                "joints" if "joints" in entry else "joint",
-            )
+        if ("joint" in entry) == ("joints" in entry) or not isinstance(joints, list) or not joints or not all(isinstance(j, str) for j in joints):
+            raise self.fail('expected joint = "NAME", or joints = ["NAME", "NAME"]', *path, "joints" if "joints" in entry else "joint")
         return tuple(dict.fromkeys(joints))

@@ -26,6 +26,7 @@ from ksl.sizing.samples import JointSamples, Spectrum
 from ksl.sizing.sheet import Sheet
 from ksl.sizing.sizing import Sizing
 
+
 def size(
     results: Any,
     components: str | os.PathLike[str] | Mapping[str, Any] | Components | None = None,
@@ -71,18 +72,13 @@ def size(
     figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
-    notes = (*table.notes, *(selection.notes if selection else ()), *_doubtful_lengths(table, points, parts), *_notes(table, parts, left_out, selection is not None))
-    return Sizing(
-        table.robot,
-        figures,
-        tuple(peaks),
-        left_out,
-        notes,
-        tuple(clouds),
-        in_order,
-        made_of(table, ledger.files, parts),
-        selection,
+    notes = (
+        *table.notes,
+        *(selection.notes if selection else ()),
+        *_doubtful_lengths(table, points, parts),
+        *_notes(table, parts, left_out, selection is not None),
     )
+    return Sizing(table.robot, figures, tuple(peaks), left_out, notes, tuple(clouds), in_order, made_of(table, ledger.files, parts), selection)
 
 
 def _sheets(parts: Components, chosen: list[str], samples: Callable[[str], JointSamples]) -> tuple[list[Sheet], list[Cloud]]:
@@ -115,33 +111,20 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
     if parts is None:
         return []
     said = "; ".join(x.why for x in left_out)
-    notes = [
-        f"{sentence}; it is not used"
-        for part in parts.parts
-        for sentence in part.refused.values()
-        if sentence not in said
-    ]
+    notes = [f"{sentence}; it is not used" for part in parts.parts for sentence in part.refused.values() if sentence not in said]
     if parts.requests and not chosen:
         notes.append(f"{len(parts.requests)} of [[choose]] are not answered: give the catalogue that they are chosen from")
     if parts.left_out_spectrum:
         notes.append(parts.left_out_spectrum)
     absent = {name: part.name for part in parts.parts for name in part.joints if not table.holds(name)}
     if absent:
-        notes.append(f"components of joints whose wrenches the results don't hold are left out: {', '.join(f'{part} of {name}' for name, part in absent.items())}")
+        notes.append(
+            f"components of joints whose wrenches the results don't hold are left out: {', '.join(f'{part} of {name}' for name, part in absent.items())}"
+        )
     spectrum = parts.spectrum
     if spectrum.shares:
         without = [case for case in table.cases if case not in spectrum.shares]
-        notes += (
-            [f"cases without a share of the time count for peaks and not for life: {', '.join(without)}"]
-            if without
-            else []
-        )
+        notes += [f"cases without a share of the time count for peaks and not for life: {', '.join(without)}"] if without else []
     exceptional = [case for case, n in spectrum.repetitions.items() if n == 0]
-    notes += (
-        [
-            f"exceptional cases (0 repetitions) count for peaks and static safety and not for life: {', '.join(exceptional)}"
-        ]
-        if exceptional
-        else []
-    )
+    notes += [f"exceptional cases (0 repetitions) count for peaks and static safety and not for life: {', '.join(exceptional)}"] if exceptional else []
     return notes

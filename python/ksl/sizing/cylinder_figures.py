@@ -46,7 +46,9 @@ def cylinder_figures(sheet: Sheet) -> None:
     k = int(np.argmax(np.abs(speed)))
     sheet.add("speed", Formula("max |v|", "kinematics"), abs(float(speed[k])), "m/s", {}, "max_speed", at=k)
     for side, formula, area in (("bore", FLOW_BORE, bore), ("rod", FLOW_ROD, ring)):
-        sheet.add(f"flow on the {side} side", formula, abs(float(speed[k])) * area, "m³/s", sizes | {"v": f"{significant(float(speed[k]))} m/s"}, "max_flow", at=k)
+        sheet.add(
+            f"flow on the {side} side", formula, abs(float(speed[k])) * area, "m³/s", sizes | {"v": f"{significant(float(speed[k]))} m/s"}, "max_flow", at=k
+        )
 
 
 def _buckling(sheet: Sheet, force: np.ndarray, out: np.ndarray) -> None:
@@ -60,7 +62,9 @@ def _buckling(sheet: Sheet, force: np.ndarray, out: np.ndarray) -> None:
     if not length.min() > 0:
         sheet.leave_out("buckling", f"the length from pin to pin would be {length.min():.4g} m; check retracted_length and retracted_position")
         return
-    critical = critical_force(length, sheet.number("rod_diameter"), sheet.part.get("rod_material"), sheet.number("elastic_modulus"), sheet.number("buckling_factor"))
+    critical = critical_force(
+        length, sheet.number("rod_diameter"), sheet.part.get("rod_material"), sheet.number("elastic_modulus"), sheet.number("buckling_factor")
+    )
     with np.errstate(over="ignore"):
         safety = np.divide(critical, force, out=np.full(force.shape, np.inf), where=force > 0)
     k = int(np.argmin(safety))

@@ -67,9 +67,7 @@ def without_round_off(cycles: Cycles, largest: float) -> Cycles:
     return Cycles(cycles.ranges[kept], cycles.means[kept], cycles.counts[kept])
 
 
-def corrected_amplitude(
-    amplitude: ArrayLike, mean: ArrayLike, method: MeanStress = "none", ultimate: float | None = None
-) -> Array:
+def corrected_amplitude(amplitude: ArrayLike, mean: ArrayLike, method: MeanStress = "none", ultimate: float | None = None) -> Array:
     """Amplitudes that do the same damage about a mean of zero, same unit.
 
     goodman: S_a/(1 − S_m/S_u) with the ultimate strength S_u, infinite from S_m = S_u on, smaller for means in compression;
@@ -85,9 +83,7 @@ def corrected_amplitude(
         return np.where(left > 0, Sa / left, np.where(Sa > 0, np.inf, 0.0))
 
 
-def cycles_to_failure(
-    amplitude: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary"
-) -> Array:
+def cycles_to_failure(amplitude: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary") -> Array:
     """Cycles that an amplitude may be repeated: N = N_k (S_k/S_a)^k above the knee.
 
     below the knee: the same slope (elementary), 2k − 1 (haibach), or no damage (original).
@@ -101,18 +97,9 @@ def cycles_to_failure(
     return np.where(low, np.inf, N) if below == "original" else N
 
 
-def miner_sum(
-    amplitude: ArrayLike,
-    count: ArrayLike,
-    k: float,
-    knee_amplitude: float,
-    knee_cycles: float,
-    below: BelowKnee = "elementary",
-) -> float:
+def miner_sum(amplitude: ArrayLike, count: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary") -> float:
     """Damage D = Σ c/N of amplitudes (n) with counts (n); 1 is failure.  Palmgren–Miner."""
-    return float(
-        np.sum(np.asarray(count, dtype=float) / cycles_to_failure(amplitude, k, knee_amplitude, knee_cycles, below))
-    )
+    return float(np.sum(np.asarray(count, dtype=float) / cycles_to_failure(amplitude, k, knee_amplitude, knee_cycles, below)))
 
 
 def equivalent_amplitude(amplitude: ArrayLike, count: ArrayLike, k: float, cycles: float) -> float:

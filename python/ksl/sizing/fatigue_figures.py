@@ -33,14 +33,7 @@ def fatigue_figures(sheet: Sheet) -> None:
     stress = _stress(s, factors)
     named = sheet.given("stress", "at", "on")
     k = int(np.argmax(np.abs(stress)))
-    sheet.add(
-        "largest stress",
-        Formula("S = Σ c_i w_i", "the file's factors of the wrench"),
-        float(stress[k]),
-        unit,
-        named,
-        at=k,
-    )
+    sheet.add("largest stress", Formula("S = Σ c_i w_i", "the file's factors of the wrench"), float(stress[k]), unit, named, at=k)
     correction = part.get("mean_stress")
     needed = LINE if correction == "none" else (*LINE, "ultimate")
     if not sheet.has("damage and life", *needed):
@@ -70,15 +63,10 @@ class _Counted:
     """Damage of each case (cases)."""
 
     def words(self, unit: str) -> dict[str, str]:
-        return {
-            "largest S_a": f"{significant(float(self.amplitude.max(initial=0.0)))} {unit}",
-            "cycles": significant(float(self.count.sum())),
-        }
+        return {"largest S_a": f"{significant(float(self.amplitude.max(initial=0.0)))} {unit}", "cycles": significant(float(self.count.sum()))}
 
 
-def _damage(
-    sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.MeanStress, unit: str, named: dict[str, str]
-) -> None:
+def _damage(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.MeanStress, unit: str, named: dict[str, str]) -> None:
     """Adds the damage of one pass, the amplitude that does the same damage, and the life."""
     counted = _counted(sheet, s, stress, correction)
     if counted is None:
@@ -86,9 +74,7 @@ def _damage(
         return
     case, D = s.cases[int(np.argmax(counted.damages))], float(counted.damages.sum()) * sheet.of_one_pass
     asked = sheet.part.get("required_repetitions")
-    line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (
-        sheet.given("ultimate") if correction != "none" else {}
-    )
+    line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (sheet.given("ultimate") if correction != "none" else {})
     sheet.add(
         f"damage of {sheet.one_pass}",
         _formula(correction),
@@ -145,13 +131,4 @@ def _life(sheet: Sheet, D: float, cycle: float, is_asked: bool, case: str) -> No
     if required is None and not is_asked:
         sheet.leave_out("the limit of “fatigue life”", "required_life_h and required_repetitions are not given")
     inputs = {"D": significant(D), "Σ Δt": f"{significant(cycle)} s", **wanted}
-    sheet.add(
-        "fatigue life",
-        Formula("Σ Δt/(3600 D)", "Palmgren–Miner, failure at D = 1"),
-        float(life),
-        "h",
-        inputs,
-        required,
-        case=case,
-        smallest=True,
-    )
+    sheet.add("fatigue life", Formula("Σ Δt/(3600 D)", "Palmgren–Miner, failure at D = 1"), float(life), "h", inputs, required, case=case, smallest=True)

@@ -77,10 +77,7 @@ def check_kind(table: Results, kind: Kind, name: str, where: str) -> None:
     fits = {"turning": joint.turns, "sliding": joint.driven and not joint.turns, "driven": joint.driven, "any": True}
     if not fits[kind.joints]:
         sits = {"turning": "turns about one axis", "sliding": "slides along one axis", "driven": "has one coordinate"}[kind.joints]
-        raise SizingError(
-            f"{where}: a {kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; "
-            "`limits` and `bolted flange` take any joint"
-        )
+        raise SizingError(f"{where}: a {kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; `limits` and `bolted flange` take any joint")
 
 
 def check_joints(table: Results, parts: Iterable[Part]) -> None:
@@ -91,7 +88,5 @@ def check_joints(table: Results, parts: Iterable[Part]) -> None:
             check_kind(table, part.kind, name, part.where)
             key = (name, part.kind.name, part.name)
             if key in taken:
-                raise SizingError(
-                    f"{part.where}: {name} has two components of kind {part.kind.name} named {part.name!r}; give each a name"
-                )
+                raise SizingError(f"{part.where}: {name} has two components of kind {part.kind.name} named {part.name!r}; give each a name")
             taken[key] = part

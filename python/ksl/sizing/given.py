@@ -24,9 +24,7 @@ def results_given(results: Any) -> Results:
         return results
     table = getattr(results, "wrenches", results)
     if not hasattr(table, "column_names"):
-        raise SizingError(
-            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.wrench_table returns"
-        )
+        raise SizingError(f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.wrench_table returns")
     return Results(table)
 
 
@@ -53,7 +51,11 @@ def points_given(table: Results, at: Mapping[str, Sequence[float]] | None, chose
     for given, point in (at or {}).items():
         name = table.named(given, "at")
         if name not in chosen:
-            raise of_argument(SizingError, "at", f": a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point")
+            raise of_argument(
+                SizingError,
+                "at",
+                f": a point of {name}, which is none of the joints that are sized: {', '.join(chosen)}; add it to them, or leave out the point",
+            )
         try:
             points[name] = three_numbers(point, f"at: the point of {name}")
         except ValueError as e:

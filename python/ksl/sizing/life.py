@@ -11,13 +11,8 @@ from ksl.sizing.figures import Formula
 BALL, ROLLER = 3.0, 10.0 / 3.0
 """Exponents of the life equation for ball bearings and for roller bearings, ISO 281:2007, 5.3 and 6.3."""
 
-MEAN_LOAD = Formula(
-    "Pm = (Σ P^p |n| Δt / Σ |n| Δt)^(1/p)",
-    "ISO 281:2007 with the catalogues' mean load; the weight is revolutions, standstill weighs nothing",
-)
-RATING_LIFE = Formula(
-    "L10 = a1 (C/Pm)^p million revolutions", "ISO 281:2007, 5.3 (ball, p = 3) and 6.3 (roller, p = 10/3)"
-)
+MEAN_LOAD = Formula("Pm = (Σ P^p |n| Δt / Σ |n| Δt)^(1/p)", "ISO 281:2007 with the catalogues' mean load; the weight is revolutions, standstill weighs nothing")
+RATING_LIFE = Formula("L10 = a1 (C/Pm)^p million revolutions", "ISO 281:2007, 5.3 (ball, p = 3) and 6.3 (roller, p = 10/3)")
 LIFE_HOURS = Formula("L10h = L10 · 10⁶ / (60 n_m), n_m the mean of |n| with pauses", "ISO 281:2007, 5.3 and 6.3")
 
 SLOW = "indication only: ISO 281 does not cover slow oscillation; the joint turns less than one revolution each way"
@@ -37,14 +32,10 @@ def reliability_factor(reliability: float, edition: int = 2007) -> float:
     reliabilities that the table doesn't have.  Source: ISO 281:2007, Table 12; ISO 281:1990.
     """
     if edition not in RELIABILITY:
-        raise ValueError(
-            f"ISO 281:{edition} is unknown; expected one of the editions {', '.join(map(str, RELIABILITY))}"
-        )
+        raise ValueError(f"ISO 281:{edition} is unknown; expected one of the editions {', '.join(map(str, RELIABILITY))}")
     table = RELIABILITY[edition]
     if reliability not in table:
-        raise ValueError(
-            f"ISO 281:{edition} has no a1 for a reliability of {reliability:g} %; it has {', '.join(f'{r:g}' for r in table)} %"
-        )
+        raise ValueError(f"ISO 281:{edition} has no a1 for a reliability of {reliability:g} %; it has {', '.join(f'{r:g}' for r in table)} %")
     return table[reliability]
 
 
@@ -54,10 +45,7 @@ def mean_load(load: ArrayLike, speed: ArrayLike, duration: ArrayLike, exponent: 
     load (n), N or N m; speed (n), in any unit, of any sign; duration (n), s, that each of them lasts; exponent p: 3 for balls
     and for cubic means of torques, 10/3 for rollers.  NaN where nothing turns.  O(n).  Source: ISO 281:2007, catalogues.
     """
-    p, weight = (
-        np.abs(np.asarray(load, dtype=float)),
-        np.abs(np.asarray(speed, dtype=float)) * np.asarray(duration, dtype=float),
-    )
+    p, weight = (np.abs(np.asarray(load, dtype=float)), np.abs(np.asarray(speed, dtype=float)) * np.asarray(duration, dtype=float))
     turned = float(weight.sum())
     if turned <= 0:
         return float("nan")

@@ -35,21 +35,10 @@ def limit_figures(sheet: Sheet) -> None:
         if not sheet.has(figure, key):
             continue
         k = int(np.argmax(x))
-        others = {
-            name: f"{significant(float(c[0][k]))} {c[1]}"
-            for name, c in curves.items()
-            if name not in (key, "speed_rpm")
-        }
+        others = {name: f"{significant(float(c[0][k]))} {c[1]}" for name, c in curves.items() if name not in (key, "speed_rpm")}
         uses = () if key == "speed_rpm" else ("axial_moment",) if key == "torque" else (key,)
         sheet.add(
-            figure,
-            Formula(text, "wrench on the child at the point `at`"),
-            float(x[k]),
-            unit,
-            {**sheet.given("at", "on"), **others},
-            key,
-            at=k,
-            uses=uses,
+            figure, Formula(text, "wrench on the child at the point `at`"), float(x[k]), unit, {**sheet.given("at", "on"), **others}, key, at=k, uses=uses
         )
         if uses and sheet.judged(uses):
             _determined_part(sheet, s, key, figure, unit)

@@ -16,30 +16,18 @@ RMS = Formula(ROTOR_TORQUE.text + "; T_rms = √(Σ T² Δt / Σ Δt), pauses in
 PEAK = Formula("max |T|, T = J N α + (T_load/N) · (1/η, η, 1)", ROTOR_TORQUE.source)
 SPEED = Formula("n = N |ω|", "kinematics of the gear")
 POWER = Formula("P = T N ω", "power at the rotor")
-REGENERATED = Formula(
-    "E = −∫ min(T N ω, 0) dt over all cases",
-    "energy that flows back into the drive, without losses in the winding and the converter",
-)
+REGENERATED = Formula("E = −∫ min(T N ω, 0) dt over all cases", "energy that flows back into the drive, without losses in the winding and the converter")
 ENVELOPE = Formula(
     "max |T|/T_max(n) over all samples, T_max linear between the points of the curve; beyond its last speed at least n/n_last",
     "torque–speed curve of motor with drive, from the catalogue",
 )
 CONTINUOUS = Formula("T_rms/T_S1(n_m), n_m the mean of |n|", "curve of continuous torque (S1), from the catalogue")
-BRAKE = Formula(
-    "max |T_load|/N while the joint is at rest",
-    "statics of the brake on the rotor's shaft; the gear's friction, which helps, is left out",
-)
+BRAKE = Formula("max |T_load|/N while the joint is at rest", "statics of the brake on the rotor's shaft; the gear's friction, which helps, is left out")
 REFLECTED = Formula("J N²", "inertia of the rotor as the joint feels it")
 
 
 def rotor_torque(
-    load: ArrayLike,
-    speed: ArrayLike,
-    acceleration: ArrayLike,
-    rotor_inertia: float,
-    ratio: float,
-    efficiency: float = 1.0,
-    rest: float = 0.0,
+    load: ArrayLike, speed: ArrayLike, acceleration: ArrayLike, rotor_inertia: float, ratio: float, efficiency: float = 1.0, rest: float = 0.0
 ) -> Array:
     """Torque of a motor's rotor, N m: J N α + (T_load/N) × (1/η driving, η driven, 1 at rest).
 

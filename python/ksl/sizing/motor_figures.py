@@ -36,22 +36,11 @@ def motor_figures(sheet: Sheet) -> Cloud | None:
     s = sheet.samples
     ratio, efficiency, gear = _gear(sheet)
     if ratio is None:
-        sheet.leave_out(
-            "everything at the rotor",
-            "gear_ratio is not given, and no gear on this joint has a ratio; write gear_ratio = 1 for a direct drive",
-        )
+        sheet.leave_out("everything at the rotor", "gear_ratio is not given, and no gear on this joint has a ratio; write gear_ratio = 1 for a direct drive")
         return None
     rpm = s.speed * ratio * RPM
     k = int(np.argmax(np.abs(rpm)))
-    sheet.add(
-        "peak speed",
-        motor.SPEED,
-        abs(float(rpm[k])),
-        "r/min",
-        {"N": gear["N"], "ω": _of(s.speed[k], sheet, "/s")},
-        "max_speed_rpm",
-        at=k,
-    )
+    sheet.add("peak speed", motor.SPEED, abs(float(rpm[k])), "r/min", {"N": gear["N"], "ω": _of(s.speed[k], sheet, "/s")}, "max_speed_rpm", at=k)
     _brake(sheet, ratio, gear)
     if not sheet.has(ROTOR_FIGURES, "rotor_inertia"):
         return None
@@ -78,9 +67,7 @@ def _gear(sheet: Sheet) -> tuple[float | None, float, dict[str, str]]:
     if efficiency is None:
         efficiency, said = 1.0, " (none given)"
         if ratio != 1:
-            sheet.leave_out(
-                "the efficiency of the gear", "gear_efficiency is not given; torques are those of a gear without losses"
-            )
+            sheet.leave_out("the efficiency of the gear", "gear_efficiency is not given; torques are those of a gear without losses")
     return ratio, float(efficiency), {"N": f"{_text(ratio)}", "η": f"{efficiency:g}{said}"}
 
 
@@ -167,16 +154,7 @@ def _brake(sheet: Sheet, ratio: float, gear: dict[str, str]) -> None:
         )
         still = np.ones(len(load), dtype=bool)
     k = int(np.argmax(np.where(still, load, -1.0)))
-    sheet.add(
-        "holding torque",
-        formula,
-        float(load[k]),
-        "N m",
-        {"T_load": _of(s.load_effort[k], sheet, ""), "N": gear["N"]},
-        "brake_torque",
-        at=k,
-        note=note,
-    )
+    sheet.add("holding torque", formula, float(load[k]), "N m", {"T_load": _of(s.load_effort[k], sheet, ""), "N": gear["N"]}, "brake_torque", at=k, note=note)
 
 
 def _standstill(sheet: Sheet) -> dict[str, str]:

@@ -44,15 +44,5 @@ def simultaneous_sets(samples: JointSamples) -> list[PeakRow]:
         numbers = {name: float(c[k]) if np.isfinite(c[k]) else None for name, c in curves.items()}
         point = " ".join(f"{c:g}" for c in s.point)
         unit = None if not s.joint.driven else "rad" if s.joint.turns else "m"
-        rows.append(
-            {
-                "joint": s.joint.name,
-                "extreme": f"{quantity} {which}",
-                **numbers,
-                "unit": unit,
-                "case": case,
-                "time": time,
-                "point": point,
-            }
-        )
+        rows.append({"joint": s.joint.name, "extreme": f"{quantity} {which}", **numbers, "unit": unit, "case": case, "time": time, "point": point})
     return rows

@@ -79,7 +79,17 @@ def _wear(sheet: Sheet, s: JointSamples, mean: float, pv: Array, used: tuple[str
         sheet.leave_out("life by wear", "the joint does not turn under load in the cycle")
         return
     inputs = sheet.given("wear_coefficient", "max_wear") | {"h of one hour": f"{significant(an_hour)} m"}
-    sheet.add("life by wear", pins.WEAR, sheet.number("max_wear") / an_hour, "h", inputs, sheet.required_life(), case=s.governing_case(pv * s.weight), smallest=True, uses=used)
+    sheet.add(
+        "life by wear",
+        pins.WEAR,
+        sheet.number("max_wear") / an_hour,
+        "h",
+        inputs,
+        sheet.required_life(),
+        case=s.governing_case(pv * s.weight),
+        smallest=True,
+        uses=used,
+    )
 
 
 def _middle(sheet: Sheet) -> JointSamples:

@@ -12,7 +12,9 @@ from ksl.sizing.figures import Formula
 TEXTBOOKS = "textbooks of machine elements (Roloff/Matek, pins: loose in fork and eye)"
 SHARES = Formula("R = max |F/2 ± M × k/L|, L from middle to middle", "statics")
 BENDING = Formula("σ = R (b/2 + g + t/4)/W, W = π (d⁴ − d_i⁴)/(32 d)", f"{TEXTBOOKS}: M = F (t + 2 b + 4 g)/8 for R = F/2")
-SHEAR = Formula("τ = 4/3 R/A (d² + d d_i + d_i²)/(d² + d_i²), A = π (d² − d_i²)/4", "largest shear stress of a round section (Gere, Timoshenko: Mechanics of Materials)")
+SHEAR = Formula(
+    "τ = 4/3 R/A (d² + d d_i + d_i²)/(d² + d_i²), A = π (d² − d_i²)/4", "largest shear stress of a round section (Gere, Timoshenko: Mechanics of Materials)"
+)
 PRESSURE = Formula("p = F/(d t) + 6 M/(d t²)", "pressure on the projected area, linear along the width")
 CHEEK = Formula("p = R/(d b)", "pressure on the projected area")
 SPEED = Formula("v = |ω| d/2", "kinematics")

@@ -39,19 +39,8 @@ class Reader:
             raise self.fail(f"{path[-1]} = {x!r}: expected a positive number", *path)
         return float(x)
 
-    def values(
-        self,
-        entry: Mapping[str, Any],
-        keys: Iterable[Key],
-        path: tuple[str | int, ...],
-        table: str,
-        refused: dict[str, str],
-    ) -> dict[str, Any]:
-        return {
-            key.name: self.value(key, entry[key.name], (*path, key.name), table + key.name, refused)
-            for key in keys
-            if key.name in entry
-        }
+    def values(self, entry: Mapping[str, Any], keys: Iterable[Key], path: tuple[str | int, ...], table: str, refused: dict[str, str]) -> dict[str, Any]:
+        return {key.name: self.value(key, entry[key.name], (*path, key.name), table + key.name, refused) for key in keys if key.name in entry}
 
     def value(self, key: Key, x: Any, path: tuple[str | int, ...], name: str, refused: dict[str, str]) -> Any:
         """A checked value.  One of the wrong type is an error, one of the wrong sign is noted in `refused`."""
@@ -63,9 +52,7 @@ class Reader:
         if key.shape == "word":
             if not isinstance(x, str) or (key.choices and x not in key.choices):
                 near = near_names(x, key.choices)
-                raise self.fail(
-                    f"{name} = {x!r}: {near}expected {' or '.join(map(repr, key.choices)) or 'text in quotes'}", *path
-                )
+                raise self.fail(f"{name} = {x!r}: {near}expected {' or '.join(map(repr, key.choices)) or 'text in quotes'}", *path)
             return x
         if key.shape == "numbers by name" and isinstance(x, Mapping):
             self.known(x, COMPONENTS_OF_STRESS, name, *path)

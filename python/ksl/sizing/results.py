@@ -43,14 +43,10 @@ class Results:
         missing = [name for name in ("time", "joint", *WRENCH) if name not in table.column_names]
         if said is None or missing:
             lacks = "the metadata `ksl`" if said is None else f"the column {missing[0]}"
-            raise SizingError(
-                f"{file}: is no table of wrenches, it lacks {lacks}; give the folder or wrenches.parquet that `ksl loads` writes"
-            )
+            raise SizingError(f"{file}: is no table of wrenches, it lacks {lacks}; give the folder or wrenches.parquet that `ksl loads` writes")
         self.metadata = _metadata(said, file)
         if "joints" not in self.metadata or "acceleration" not in table.column_names:
-            raise SizingError(
-                f"{file}: was written by an earlier version without joints and accelerations; run `ksl loads` again"
-            )
+            raise SizingError(f"{file}: was written by an earlier version without joints and accelerations; run `ksl loads` again")
         self.robot = str(self.metadata.get("robot", ""))
         self.joints = _joints(self.metadata["joints"], file)
         _check_columns(table, file)
@@ -70,10 +66,7 @@ class Results:
         """What the reader should know of the results."""
         if "rotor bodies" not in str(self.metadata.get("physics", "")):
             return []
-        return [
-            "the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; "
-            "give the motors' rotor_inertia without it"
-        ]
+        return ["the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; give the motors' rotor_inertia without it"]
 
     @property
     def extent(self) -> float:
@@ -102,26 +95,20 @@ class Results:
     def _word(self, name: str) -> str:
         words = self._columns[name].unique().to_pylist() if name in self._columns else [self.metadata.get(name)]
         if len(words) > 1:
-            raise SizingError(
-                f"{self.file}: the column {name} has several values, {', '.join(map(repr, words[:3]))}; expected one"
-            )
+            raise SizingError(f"{self.file}: the column {name} has several values, {', '.join(map(repr, words[:3]))}; expected one")
         return str(words[0])
 
     def _placement(self) -> tuple[float, Array]:
         """Sign and point of the wrenches, to undo them.  Only axes of the joint can be: the others change with the pose."""
         on, at, axes = self._word("on"), self._word("at"), self._word("axes")
         if axes != "joint":
-            raise SizingError(
-                f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes"
-            )
+            raise SizingError(f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes")
         try:
             offset = [0.0] * 3 if at == "joint" else offset_in(at)
         except ValueError:
             offset = []
         if offset is None:
-            raise SizingError(
-                f"{self.file}: moments are about the point `{at}`, which moves against the joints; run `ksl loads` without --at"
-            )
+            raise SizingError(f"{self.file}: moments are about the point `{at}`, which moves against the joints; run `ksl loads` without --at")
         point = np.array(offset)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise SizingError(f"{self.file}: moments are about the point {at!r}, which is none; run `ksl loads` again")
@@ -133,22 +120,12 @@ class Results:
         times = self._numbers_of("time")
         count = len(self.joints)
         rows: dict[str, slice | np.ndarray] = {}
-        regular = (
-            len(index) % count == 0
-            and bool((index.reshape(-1, count) == index[:count]).all())
-            and len(set(index[:count].tolist())) == count
-        )
+        regular = len(index) % count == 0 and bool((index.reshape(-1, count) == index[:count]).all()) and len(set(index[:count].tolist())) == count
         for k, name in enumerate(names):
-            rows[name] = (
-                slice(int(np.flatnonzero(index[:count] == k)[0]), None, count)
-                if regular
-                else np.flatnonzero(index == k)
-            )
+            rows[name] = slice(int(np.flatnonzero(index[:count] == k)[0]), None, count) if regular else np.flatnonzero(index == k)
         strangers = [name for name in rows if name not in self.joints]
         if strangers:
-            raise SizingError(
-                f"{self.file}: the table has a joint {strangers[0]} that its metadata does not know; run `ksl loads` again"
-            )
+            raise SizingError(f"{self.file}: the table has a joint {strangers[0]} that its metadata does not know; run `ksl loads` again")
         if "case" in self._columns:
             cases, case_of = _words(self._columns["case"])
             self.of_sweep = any(not isinstance(case, str) for case in cases)  # its cases are numbers
@@ -179,9 +156,7 @@ class Results:
         rotor = np.nan_to_num(self._numbers_of("rotor")[rows]) if "rotor" in self._columns else None
         position, speed, acceleration, effort = (self._numbers_of(c)[rows] for c in MOTION)
         if self.joints[name].driven and not all(np.isfinite(x).all() for x in (position, speed, acceleration)):
-            raise SizingError(
-                f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again"
-            )
+            raise SizingError(f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again")
         speed, resolution = self._resolved(name, cases, time, position, speed)
         weight = self._weights(time, cases, spectrum)
         return JointSamples(
@@ -286,9 +261,7 @@ def read_results(path: str | Path) -> Results:
     except (pa.ArrowException, OSError) as e:
         swapped = table.suffix == ".toml"
         reason = "the results come first, then the components" if swapped else str(e).partition("\n")[0].split(". ")[0]
-        raise SizingError(
-            f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes"
-        ) from None
+        raise SizingError(f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes") from None
     except SizingError:
         raise
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, RecursionError, OverflowError):

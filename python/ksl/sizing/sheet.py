@@ -12,18 +12,7 @@ import numpy as np
 from ksl.mechanism.states import Array
 from ksl.sizing.parts import Part
 from ksl.sizing.figures import Figure, Formula, LeftOut, significant
-from ksl.sizing.life import (
-    LIFE_HOURS,
-    MEAN_LOAD,
-    RATING_LIFE,
-    ROLLER,
-    SLOW,
-    hours,
-    mean_load,
-    mean_speed,
-    rating_life,
-    reliability_factor,
-)
+from ksl.sizing.life import LIFE_HOURS, MEAN_LOAD, RATING_LIFE, ROLLER, SLOW, hours, mean_load, mean_speed, rating_life, reliability_factor
 from ksl.sizing.samples import JointSamples
 
 RPM = 60.0 / (2.0 * math.pi)
@@ -50,9 +39,7 @@ class Demands:
 class Sheet:
     """Figures of one component on one joint."""
 
-    def __init__(
-        self, part: Part, samples: JointSamples, demands: Demands = Demands(), gear: Part | None = None
-    ) -> None:
+    def __init__(self, part: Part, samples: JointSamples, demands: Demands = Demands(), gear: Part | None = None) -> None:
         self.part, self.samples, self.demands, self.gear = part, samples, demands, gear
         self.figures: list[Figure] = []
         self.left_out: list[LeftOut] = []
@@ -68,10 +55,10 @@ class Sheet:
         if self.part.values.get("on", "child") == "child":
             return s.about(at)
         if s.joint.kind not in PLACED:
-            self.leave_out("everything", f"on = \"parent\" needs a joint that turns or slides along one axis, or is fixed; {s.joint.name} is {s.joint.kind}")
+            self.leave_out("everything", f'on = "parent" needs a joint that turns or slides along one axis, or is fixed; {s.joint.name} is {s.joint.kind}')
             return None
         if s.joint.driven and not np.isfinite(s.position).all():
-            self.leave_out("everything", f"on = \"parent\" needs the positions of {s.joint.name}, which these results lack")
+            self.leave_out("everything", f'on = "parent" needs the positions of {s.joint.name}, which these results lack')
             return None
         return s.fixed_to_parent(at)
 
@@ -81,7 +68,7 @@ class Sheet:
         joint = self.samples.joint
         if not joint.driven or "on" in self.part.values:
             return ""
-        return f"it {'turns' if joint.turns else 'slides'} with {joint.child or 'the child'}; write on = \"parent\" for one that stays with {joint.parent or 'the parent'}"
+        return f'it {"turns" if joint.turns else "slides"} with {joint.child or "the child"}; write on = "parent" for one that stays with {joint.parent or "the parent"}'
 
     def leave_out(self, figure: str, why: str) -> None:
         self.left_out.append(LeftOut(self.samples.joint.name, self.part.name, figure, why))
@@ -162,22 +149,7 @@ class Sheet:
         joint, part = self.samples.joint.name, self.part
         bound = "" if allowed is None else "≥" if smallest else "≤"
         result = (float(value), unit, allowed, utilisation)
-        self.figures.append(
-            Figure(
-                joint,
-                part.name,
-                part.kind.name,
-                figure,
-                *result,
-                formula.text,
-                text,
-                formula.source,
-                case,
-                time,
-                note,
-                bound,
-            )
-        )
+        self.figures.append(Figure(joint, part.name, part.kind.name, figure, *result, formula.text, text, formula.source, case, time, note, bound))
 
     @property
     def of_one_pass(self) -> float:
@@ -236,17 +208,7 @@ class Sheet:
             self.leave_out(f"the limit of “{of}L10h”", "required_life_h is not given")
         wanted = {"required": f"{significant(required)} h"} if required is not None else {}
         per_hour = {"L10": f"{significant(life)}·10⁶", "n_m": f"{significant(rpm)} r/min", **wanted}
-        self.add(
-            f"{of}L10h",
-            LIFE_HOURS,
-            float(hours(life, rpm)),
-            "h",
-            per_hour,
-            required,
-            case=case,
-            smallest=True,
-            note=SLOW if s.oscillates else "",
-        )
+        self.add(f"{of}L10h", LIFE_HOURS, float(hours(life, rpm)), "h", per_hour, required, case=case, smallest=True, note=SLOW if s.oscillates else "")
 
 
 def _ratio(x: float, of: float) -> float:

@@ -87,9 +87,7 @@ class Sizing:
         """One sentence."""
         compared = sum(f.utilisation is not None for f in self.figures)
         if self.worst is None:
-            return (
-                f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
-            )
+            return f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
         w = self.worst
         over = (
             f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit"
@@ -110,9 +108,7 @@ class Sizing:
 
         columns = {f.name: [getattr(row, f.name) for row in self.figures] for f in dataclasses.fields(Figure)}
         numbers = ("value", "limit", "utilisation", "time")
-        schema = pa.schema(
-            [pa.field(n, pa.float64() if n in numbers else pa.string()) for n in columns], metadata=self._metadata()
-        )
+        schema = pa.schema([pa.field(n, pa.float64() if n in numbers else pa.string()) for n in columns], metadata=self._metadata())
         return pa.table(columns, schema=schema)
 
     @cached_property
@@ -122,23 +118,13 @@ class Sizing:
 
         names = ["joint", "extreme", *QUANTITIES, "unit", "case", "time", "point"]
         fields = [
-            pa.field(
-                n,
-                pa.float64() if n in (*QUANTITIES, "time") else pa.string(),
-                metadata={"unit": QUANTITIES[n]} if n in QUANTITIES else None,
-            )
+            pa.field(n, pa.float64() if n in (*QUANTITIES, "time") else pa.string(), metadata={"unit": QUANTITIES[n]} if n in QUANTITIES else None)
             for n in names
         ]
-        return pa.table(
-            {n: [row[n] for row in self.peaks] for n in names}, schema=pa.schema(fields, metadata=self._metadata())
-        )
+        return pa.table({n: [row[n] for row in self.peaks] for n in names}, schema=pa.schema(fields, metadata=self._metadata()))
 
     def _metadata(self) -> dict[str, str]:
-        return {
-            "ksl": json.dumps(
-                {**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]}
-            )
-        }
+        return {"ksl": json.dumps({**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]})}
 
     def as_dict(self) -> dict[str, Any]:
         """Everything in numbers and words, as JSON can hold it; infinite numbers are the word "infinite"."""
@@ -176,9 +162,7 @@ class Sizing:
             if earlier is None:
                 refuse_unknown(folder, FILES, "sizing.json of KSL")
             elif earlier != self.robot:
-                raise SizingError(
-                    f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
-                )
+                raise SizingError(f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force")
 
         head = "".join(f"# {csv_comment(line)}\n" for line in self._headlines()).encode("utf-8", "replace")
         with staged(folder, FILES, None if force else refuse_others) as stage:
@@ -186,9 +170,7 @@ class Sizing:
                 with arrow_file(stage / f"{name}.parquet", "wb") as out:
                     pyarrow.parquet.write_table(table, out)
                 (stage / f"{name}.csv").write_bytes(head + _csv(table))
-            (stage / "sizing.json").write_text(
-                json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8", errors="replace"
-            )
+            (stage / "sizing.json").write_text(json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8", errors="replace")
             if xlsx:
                 self._write_workbook(stage / WORKBOOK)
         return [name for name in FILES if (xlsx or name != WORKBOOK) and (self.choices or name not in CHOICES)]
@@ -211,19 +193,13 @@ class Sizing:
     def _headlines(self) -> list[str]:
         p = self.provenance
         files = [f"{said['role']}: {said['file']}, SHA-256 {said['sha256']}" for said in p.get("inputs", [])]
-        return [
-            f"ksl {p.get('version', '')}, {p.get('date', '')}, robot {self.robot}",
-            *files,
-            *(f"{k}: {v}" for k, v in CONVENTIONS.items()),
-        ]
+        return [f"ksl {p.get('version', '')}, {p.get('date', '')}, robot {self.robot}", *files, *(f"{k}: {v}" for k, v in CONVENTIONS.items())]
 
     def __repr__(self) -> str:
         lines = [f"Sizing of {self.verdict}"]
         lines += [f"  chosen for {c.joint}: {c.kind} {c.name}, {significant(c.utilisation, 3)} ({c.figure}); next smaller: {c.why}" for c in self.choices]
         for f in self.figures[:12]:
-            lines.append(
-                f"  {significant(f.utilisation, 3):>6}  {f.joint}  {f.component}  {f.figure}  {significant(f.value)} {f.unit}".rstrip()
-            )
+            lines.append(f"  {significant(f.utilisation, 3):>6}  {f.joint}  {f.component}  {f.figure}  {significant(f.value)} {f.unit}".rstrip())
         if len(self.figures) > 12:
             lines.append(f"  … and {len(self.figures) - 12} more in .figures and .table")
         return "\n".join(lines)
@@ -237,24 +213,10 @@ class Sizing:
         for f in (f for f in self.figures if f.utilisation is not None):
             when = f.case if f.time is None else f"{f.case}, {significant(f.time, 6)} s"
             limit = "" if f.limit is None else f"{f.bound} {significant(f.limit)}"
-            cells = (
-                significant(f.utilisation, 3),
-                f.joint,
-                f.component,
-                f.figure,
-                f"{significant(f.value)} {f.unit}".strip(),
-                limit,
-                when,
-            )
+            cells = (significant(f.utilisation, 3), f.joint, f.component, f.figure, f"{significant(f.value)} {f.unit}".strip(), limit, when)
             style = f' style="color:{colours[f.verdict]}"' if f.verdict in colours else ""
-            rows.append(
-                f"<tr{style} title='{escape(f'{f.formula}; {f.inputs}; {f.source}')}'>"
-                + "".join(f"<td>{escape(c)}</td>" for c in cells)
-                + "</tr>"
-            )
-        return (
-            f"<p>{escape(self.verdict)}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
-        )
+            rows.append(f"<tr{style} title='{escape(f'{f.formula}; {f.inputs}; {f.source}')}'>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>")
+        return f"<p>{escape(self.verdict)}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
 
 def _csv(table: pa.Table) -> bytes:

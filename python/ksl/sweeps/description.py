@@ -35,7 +35,24 @@ LARGEST = sys.float_info.max
 """Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
 TAKEN = ("case", "joint", "kind", "quantity", "value", "unit", "undetermined")
 """Columns of the results that are no parameters."""
-OF_BASE = ("motion", "simulate", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "strict", "model", "loops", "drives", "stiffness", "xacro", "packages")
+OF_BASE = (
+    "motion",
+    "simulate",
+    "reading",
+    "components",
+    "gravity",
+    "physics",
+    "friction_width",
+    "floating_base",
+    "mimic",
+    "strict",
+    "model",
+    "loops",
+    "drives",
+    "stiffness",
+    "xacro",
+    "packages",
+)
 
 
 @dataclass(frozen=True)
@@ -169,7 +186,9 @@ def _simulated(given: Any, parameters: Sequence[Parameter], file: str) -> Simula
     if given is None:
         return None
     if any(p.kind == "speed" for p in parameters):
-        raise SweepError(f'{file}: [base] simulate, and a parameter of kind "speed": a simulated motion has the speed that its drives give it; leave one of them out')
+        raise SweepError(
+            f'{file}: [base] simulate, and a parameter of kind "speed": a simulated motion has the speed that its drives give it; leave one of them out'
+        )
     try:
         return simulated_of(f"{file}: [base] simulate", given)
     except CaseError as e:

@@ -230,7 +230,9 @@ class Evaluator:
         from ksl.load_cases.wrench_table import TableWriter
 
         cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.joints], cases_described, portable_files(self.inputs), extent=self._variants.extent)
+        provenance = Provenance(
+            load_case.model.name, [joint_description(j) for j in load_case.joints], cases_described, portable_files(self.inputs), extent=self._variants.extent
+        )
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
 
@@ -250,7 +252,9 @@ def _check_unchanged(expected: Sequence[InputFile], found: Sequence[InputFile]) 
     before = {f.file: f.sha256 for f in expected}
     for f in found:
         if f.sha256 != before.get(f.file):
-            raise SweepError(changed(f.file, "since the sweep began, and no case of the other contents is computed") + "; what was computed before stays in the folder")
+            raise SweepError(
+                changed(f.file, "since the sweep began, and no case of the other contents is computed") + "; what was computed before stays in the folder"
+            )
 
 
 def refused(error: Exception) -> SweepError:

@@ -32,7 +32,9 @@ class GivenModel:
         """The model, with gravity and physics that a sweep has in [base].  Raises SweepError for what only a file can be told."""
         given = next((key for key in OF_FILES if key in base), None)
         if given is not None:
-            raise SweepError(f"{file}: [base] {given}: the robot is a ksl.Model, which has been loaded already; give {given} to ksl.load, or the robot as a file")
+            raise SweepError(
+                f"{file}: [base] {given}: the robot is a ksl.Model, which has been loaded already; give {given} to ksl.load, or the robot as a file"
+            )
         model: Model = pickle.loads(self.contents)
         if "drives" in base:
             model = model.with_drives(base["drives"])

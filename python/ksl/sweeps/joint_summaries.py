@@ -44,7 +44,11 @@ class Peaks:
         names += [f"position_{part}" for part in ("lowest", "lowest_time", "highest", "highest_time")]
         if self._followers:
             names += [f"coupling_{part}" for part in ("peak", "peak_time", "rms")]
-        names = [name for n in names for name in ((n, f"{n.removesuffix('_peak_time')}_at_peak") if n.endswith("_peak_time") and n.removesuffix("_peak_time") in SIGNED else (n,))]
+        names = [
+            name
+            for n in names
+            for name in ((n, f"{n.removesuffix('_peak_time')}_at_peak") if n.endswith("_peak_time") and n.removesuffix("_peak_time") in SIGNED else (n,))
+        ]
         return [*names, "position_share", "speed_share", "effort_share"]
 
     def of(self, block: Block) -> dict[str, Array]:

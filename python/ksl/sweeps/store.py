@@ -57,7 +57,10 @@ class Store:
         Raises SweepError if it holds another sweep, or if another run is writing into it.
         """
         manifest = describe(self.plan)
-        refuse_inputs([self.directory / MANIFEST, self.directory / WORST], [f.file for f in _inputs(self.plan) if not (f.role == "robot" and isinstance(self.plan.robot, GivenModel))])
+        refuse_inputs(
+            [self.directory / MANIFEST, self.directory / WORST],
+            [f.file for f in _inputs(self.plan) if not (f.role == "robot" and isinstance(self.plan.robot, GivenModel))],
+        )
         atexit.register(self._close)  # a signal may come when the folder has been opened and the block not yet entered
         try:
             try:

@@ -107,7 +107,9 @@ def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
 def _stiff(model: Model, sweep: Sweep, stiffness: Any) -> Model:
     """With the stiffnesses of a file, or of a table {joint: …}."""
     if not isinstance(stiffness, (str, Mapping)):
-        raise SweepError(f"{sweep.file}: [base] stiffness = {stiffness!r}; expected the name of a file, or a table with axial, radial and tilting for each joint")
+        raise SweepError(
+            f"{sweep.file}: [base] stiffness = {stiffness!r}; expected the name of a file, or a table with axial, radial and tilting for each joint"
+        )
     try:
         return stiff_by(model, stiffness if isinstance(stiffness, Mapping) else sweep.path(stiffness))[0]
     except ValueError as error:
@@ -148,9 +150,7 @@ def shifted(ten: Array, by: Array) -> Array:
     # of -(m [c+s]² − m [c]²) = −([h][s] + [s][h] + m [s]²), [.] being the matrix of a cross product
     hx, hy, hz = 2 * first + mass * by
     cx, cy, cz = first + mass * by / 2
-    inertia = np.array(
-        [hy * y + hz * z, -(cx * y + cy * x), hx * x + hz * z, -(cx * z + cz * x), -(cy * z + cz * y), hx * x + hy * y],
-    )
+    inertia = np.array([hy * y + hz * z, -(cx * y + cy * x), hx * x + hz * z, -(cx * z + cz * x), -(cy * z + cz * y), hx * x + hy * y])
     return np.concatenate([[mass], first + mass * by, ten[4:] + inertia])
 
 

@@ -45,7 +45,9 @@ def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = No
         html = _html(scene, Shown(selected=selected, recorded=True))
         head, end, tail = html.rpartition("</body>")
         with whole_file(target) as part:
-            part.write_text(head.replace("<head>", f"<head>{POLICY}", 1) + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8", errors="replace")
+            part.write_text(
+                head.replace("<head>", f"<head>{POLICY}", 1) + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8", errors="replace"
+            )
     except OutputError as e:
         raise ViewerError(str(e)) from None
     return target

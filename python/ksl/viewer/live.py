@@ -82,7 +82,9 @@ class Viewer:
 
     def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: External | None = None) -> None:
         """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
-        wrenches: External = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
+        wrenches: External = (
+            {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
+        )
         self.playing = False
         self.show(0, make_scene(self._recorded.model, q, v, a, external=wrenches, look=self._recorded.look))
 
@@ -254,9 +256,19 @@ class _Controls:
         selected = next(label for label, name in self._joints.items() if name == self._viewer.shown.selected)
         with self._gui.add_folder("Selected joint"):
             self._selected = self._gui.add_dropdown("joint", list(self._joints), initial_value=selected)
-            self._part = self._gui.add_dropdown("part", ["total", "constraint", "actuation"], initial_value="total", hint="What the structure carries, what acts along the joint's motion, or both")
+            self._part = self._gui.add_dropdown(
+                "part",
+                ["total", "constraint", "actuation"],
+                initial_value="total",
+                hint="What the structure carries, what acts along the joint's motion, or both",
+            )
             self._axes = self._gui.add_dropdown("axes", ["joint", "world", *links], initial_value="joint")
-            self._at = self._gui.add_dropdown("point", ["joint", "world", "offset", *links], initial_value="joint", hint="That moments are about; offset: from the joint's origin, in its axes")
+            self._at = self._gui.add_dropdown(
+                "point",
+                ["joint", "world", "offset", *links],
+                initial_value="joint",
+                hint="That moments are about; offset: from the joint's origin, in its axes",
+            )
             self._offset = self._gui.add_vector3("offset, m", (0.0, 0.0, 0.0), step=0.001, visible=False)
             self._on = self._gui.add_dropdown("acts on", ["child", "parent"], initial_value="child")
             self._readout = self._gui.add_markdown("")

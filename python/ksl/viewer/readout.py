@@ -36,7 +36,12 @@ def wrench_at(scene: Scene, sample: int, joint: str, choice: Choice) -> Array:
     i = scene.joint_index(joint)
     constraint, actuation = scene.constraint[sample, i], scene.actuation[sample, i]
     follows, nothing = isinstance(of := scene.joints[i], Joint) and of.leader is not None, np.zeros(6)
-    parts = {"total": constraint + actuation, "constraint": constraint, "actuation": nothing if follows else actuation, "coupling": actuation if follows else nothing}
+    parts = {
+        "total": constraint + actuation,
+        "constraint": constraint,
+        "actuation": nothing if follows else actuation,
+        "coupling": actuation if follows else nothing,
+    }
     wrench = parts[choice.part] * (-1 if choice.on == "parent" else 1)
     own = scene.frames[sample, i]
     force, moment = wrench[:3], wrench[3:]

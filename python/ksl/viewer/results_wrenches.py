@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ksl.viewer.scene import Scene
 
 
-
 def with_wrenches(scene: Scene, wrenches: dict[str, JointWrench], effort: dict[str, Array], compare: bool) -> tuple[Scene, list[str]]:
     """The scene with the wrenches and efforts of the table at its joints, and a note where the robot at hand gives others.
 
@@ -51,7 +50,9 @@ def with_wrenches(scene: Scene, wrenches: dict[str, JointWrench], effort: dict[s
     _, x, unit, name = max(wrong)
     said = f"by up to {x:.3g} {unit} at {name}: robot file, payloads, stiffnesses or external wrenches have changed since"
     if missing:
-        raise MotionError(f"the results hold no wrenches of {missing[0]}, and those of others differ from what this robot gives, {said}; run `ksl loads` again, with all joints")
+        raise MotionError(
+            f"the results hold no wrenches of {missing[0]}, and those of others differ from what this robot gives, {said}; run `ksl loads` again, with all joints"
+        )
     return shown, [f"wrenches of the results, which are shown, differ from those that this robot would have, {said}"]
 
 

@@ -161,7 +161,12 @@ class Scene:
         pairs = [(index[j.parent], index[j.child]) for j in self.model.joints if j.parent is not None and self._bare(j.parent)]
         segments: Array = self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
         ends = zip(self.model.loops, self.predecessors[sample], self.origins[sample, len(self.model.joints) :])
-        of_loops = [(self.poses[sample, index[link], :3, 3], end) for loop, *both in ends for link, end in zip((loop.predecessor, loop.successor), both) if self._bare(link)]
+        of_loops = [
+            (self.poses[sample, index[link], :3, 3], end)
+            for loop, *both in ends
+            for link, end in zip((loop.predecessor, loop.successor), both)
+            if self._bare(link)
+        ]
         return np.concatenate([segments, np.array(of_loops).reshape(-1, 2, 3)]) if of_loops else segments
 
     def axes(self, sample: int) -> Array:

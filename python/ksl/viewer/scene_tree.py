@@ -63,7 +63,10 @@ class Stage:
         links, joints = scene.model.link_names, [j.name for j in scene.joints]
         self._link_nodes = dict(zip(links, _nodes(links, "link"), strict=True))
         self._shown_joints = labels(joints, "joint")
-        self._links = [self._tree.add_frame(f"/links/{node}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size) for node in self._link_nodes.values()]
+        self._links = [
+            self._tree.add_frame(f"/links/{node}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size)
+            for node in self._link_nodes.values()
+        ]
         self._surfaces = {name: self._add_surfaces(name) for name in links}
         shown_links = zip(self._link_nodes.values(), labels(links, "link"), strict=True)
         self._frame_names = [self._tree.add_label(f"/links/{node}/name", label, visible=False, anchor="bottom-right") for node, label in shown_links]
@@ -72,7 +75,9 @@ class Stage:
         self._all_axes = self._segments("/mechanism/joint_axes", self._axis_segments(scene, 0), (50, 55, 64), 3.0)
         self._loops = self._segments("/mechanism/loops", scene.loop_marks(0), LOOP, 5.0)
         self._gaps = self._segments("/mechanism/gaps", scene.loop_gaps(0), LOOP, 1.5)
-        self._labels = [self._tree.add_label(f"/joints/{node}", label, visible=False) for node, label in zip(_nodes(joints, "joint"), self._shown_joints, strict=True)]
+        self._labels = [
+            self._tree.add_label(f"/joints/{node}", label, visible=False) for node, label in zip(_nodes(joints, "joint"), self._shown_joints, strict=True)
+        ]
         self._structure, self._drive = (_Arrows(self._tree, name, 2 * len(scene.joints), c) for name, c in (("structure", CONSTRAINT), ("drive", ACTUATION)))
         self._external = _Arrows(self._tree, "external", 2 * len(scene.placed), EXTERNAL) if scene.placed else None
         ball = ellipsoid(np.full(3, 0.015 * scene.size))

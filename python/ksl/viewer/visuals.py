@@ -155,7 +155,11 @@ def _pose(origin: ET.Element | None) -> Array:
     xyz, rpy = _numbers(origin, "xyz", (0, 0, 0)), _numbers(origin, "rpy", (0, 0, 0))
     pose = np.eye(4)
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    pose[:3, :3] = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]]
+    pose[:3, :3] = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
     pose[:3, 3] = xyz
     return pose
 

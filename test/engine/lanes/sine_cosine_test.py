@@ -110,7 +110,7 @@ def angles(dtype) -> np.ndarray:
     whole = np.concatenate([whole, np.ldexp(random.uniform(0.5, 1, 3000), random.integers(17, high + 1, 3000))])
     edges = [0.0, np.pi, np.pi / 2, 2.0**18, np.nextafter(dtype(2.0**18), dtype(np.inf)), 1e16, np.finfo(dtype).max]
     x = np.concatenate([edges, usual, whole, near_multiples(dtype, random, 1000), hardest(dtype)])
-    x = random.permutation(x * random.choice([-1, 1], len(x))) # large ones and small ones in a register
+    x = random.permutation(x * random.choice([-1, 1], len(x)))  # large ones and small ones in a register
     return x[: len(x) // 16 * 16].astype(dtype)
 
 

@@ -94,7 +94,11 @@ def test_what_is_not_determined_is_refused_by_name():
     up = np.eye(4)
     up[2, 3] = 1.0
     b = ksl.Builder("door").add_link("wall").add_link("leaf", mass=10.0, center_of_mass=(0.5, 0, 0.5), inertia=np.eye(3))
-    m = b.add_joint("lower", "revolute", "wall", "leaf", axis=(0, 0, 1)).add_loop("upper", "revolute", "wall", "leaf", up, up, axis=(0, 0, 1)).build(drives=["lower"])
+    m = (
+        b.add_joint("lower", "revolute", "wall", "leaf", axis=(0, 0, 1))
+        .add_loop("upper", "revolute", "wall", "leaf", up, up, axis=(0, 0, 1))
+        .build(drives=["lower"])
+    )
     with pytest.raises(ksl.ResultError, match=r"reactions_derivatives: fx, fy, fz, tx, ty of joint lower are not determined by rigid bodies"):
         m.reactions_derivatives([0.0], [0.0], [0.0])
     by_q, _, by_a = m.reactions_derivatives([0.0], [0.0], [0.0], joints=["lower", "upper"], undetermined="nan")

@@ -178,7 +178,9 @@ def turned_pair(first, second, gap, seed, noise=1e-16):
     return built(b, ["first"])[0], own.T @ about @ own, axis, other
 
 
-@pytest.mark.parametrize("first, second, gap", [("revolute", "spherical", 1.0), ("revolute", "spherical", 0.0), ("universal", "spherical", 0.0), ("spherical", "spherical", 0.0)])
+@pytest.mark.parametrize(
+    "first, second, gap", [("revolute", "spherical", 1.0), ("revolute", "spherical", 0.0), ("universal", "spherical", 0.0), ("spherical", "spherical", 0.0)]
+)
 def test_joints_whose_equations_are_rounding(first, second, gap):
     for seed in range(100):
         m, I, axis, other = turned_pair(first, second, gap, seed)

@@ -199,7 +199,10 @@ def test_counting_stops_behind_the_most(monkeypatch):
     packed = zstandard.ZstdCompressor().compressobj()
     large = packed.compress(bytes(5000)) + packed.flush()  # without its size
     monkeypatch.setattr(unpacking, "PIECE", 1000)
-    for one, mosts in ((chunk(b"", bytes(1000)), {5000: 3000, 2000: 3000, 1999: 2000, 999: 1000}), (chunk(b"zstd", large), {20_000: 15_000, 6500: 7000, 5000: 6000, 4999: 5000})):
+    for one, mosts in (
+        (chunk(b"", bytes(1000)), {5000: 3000, 2000: 3000, 1999: 2000, 999: 1000}),
+        (chunk(b"zstd", large), {20_000: 15_000, 6500: 7000, 5000: 6000, 4999: 5000}),
+    ):
         for most, counted in mosts.items():
             assert unpacked_size(io.BytesIO(3 * one), [k * len(one) for k in range(3)], most) == counted, most
     named = chunk(bytes(100), bytes(7))

@@ -37,9 +37,17 @@ SAME = {
     "bars": (lambda r: "time|hip|slide\n" + table(r, "|"), "CSV (vertical bars)", None),
     "old Mac": (lambda r: "time,hip,slide\r" + table(r, end="\r"), "CSV", None),
     "comments": (lambda r: "# made by x\n%\ntimestamp,hip,slide\n# start\n" + table(r).replace("\n", "\n  # note\n", 1), "CSV", "column 'timestamp' is taken"),
-    "a comment with a unit": (lambda r: "# positions [mm]\n" + HEAD + table(r), "CSV", "the comment in line 1 speaks of mm, and columns have no units: they are taken in rad and m"),
+    "a comment with a unit": (
+        lambda r: "# positions [mm]\n" + HEAD + table(r),
+        "CSV",
+        "the comment in line 1 speaks of mm, and columns have no units: they are taken in rad and m",
+    ),
     "a comment with a unit beside units": (lambda r: "# positions [mm]\ntime (s),hip,slide (m)\n" + table(r), "CSV", None),
-    "remarks below names in a comment": (lambda r: "# time hip slide\n# run 3 hot\n# recorded by Ada, on a Friday\n" + table(r), "CSV", "names of the columns are taken from the comment in line 1"),
+    "remarks below names in a comment": (
+        lambda r: "# time hip slide\n# run 3 hot\n# recorded by Ada, on a Friday\n" + table(r),
+        "CSV",
+        "names of the columns are taken from the comment in line 1",
+    ),
     "numpy.savetxt": (lambda r: saved(r, header="time hip slide"), "CSV (blanks)", "names of the columns are taken from the comment in line 1"),
     "numpy.savetxt with commas": (
         lambda r: saved(r, delimiter=",", header="time,hip,slide"),
@@ -63,8 +71,18 @@ SAME = {
     "blank lines": (lambda r: HEAD + "\n" + table(r).replace("\n", "\n\n") + "  \n\t", "CSV", None),
     "blank lines of Windows": (lambda r: "time;hip;slide\r\n" + table(r, ";", ",").replace("\n", "\r\n \t\r\n\r\n"), "CSV (semicolons, decimal commas)", None),
     "blank lines of an old Mac": (lambda r: "time hip slide\r" + table(r, " ", end="\r\r"), "CSV (blanks)", None),
-    "names in quotation marks": (lambda r: chr(34) + "time [s]" + chr(34) + "  " + chr(34) + "hip [rad]" + chr(34) + " slide\n" + table(r, " "), "CSV (blanks)", None),
-    "words for no number": (lambda r: "time,hip,slide,hip.v\n" + "".join(f"{line},{x}\n" for line, x in zip(table(r).split(), 3 * ["None", "none", "n/a", "<NA>"] + ["0"] * len(r))), "CSV", "velocities of hip are not used"),
+    "names in quotation marks": (
+        lambda r: chr(34) + "time [s]" + chr(34) + "  " + chr(34) + "hip [rad]" + chr(34) + " slide\n" + table(r, " "),
+        "CSV (blanks)",
+        None,
+    ),
+    "words for no number": (
+        lambda r: (
+            "time,hip,slide,hip.v\n" + "".join(f"{line},{x}\n" for line, x in zip(table(r).split(), 3 * ["None", "none", "n/a", "<NA>"] + ["0"] * len(r)))
+        ),
+        "CSV",
+        "velocities of hip are not used",
+    ),
     "MATLAB's writetimetable": (
         lambda r: "Time,hip,slide\n" + "".join(f"{t:g} sec,{q:g},{s:g}\n" for t, q, s in r),
         "CSV",
@@ -177,12 +195,18 @@ REFUSED = {
     "two times": ("Time,t,hip,slide\n0,0,0,0\n", ":1: columns 'Time' and 't' could all be the time; rename one to `time`"),
     "wrong unit": (HEAD + "s,mm,mm\n0,0,0\n", ":1: column 'hip' is in 'mm', but expected rad"),
     "unknown unit": (HEAD + "[s],[degr],[m]\n0,0,0\n", ":1: column 'hip' is in 'degr', which is no unit that KSL knows; did you mean 'deg'"),
-    "what NumPy shows": ("time,hip,slide\n0,np.float64(1.5),0\n", ":2: column 'hip' holds 'np.float64(1.5)'; expected a number with a decimal point; that is how NumPy shows a number: write float(x)"),
+    "what NumPy shows": (
+        "time,hip,slide\n0,np.float64(1.5),0\n",
+        ":2: column 'hip' holds 'np.float64(1.5)'; expected a number with a decimal point; that is how NumPy shows a number: write float(x)",
+    ),
     "thousands": ("time;hip;slide\n0,5;1.000,5;0\n", ":2: column 'hip' holds '1.000,5'; expected a number with a decimal comma, as other values have"),
     "fault after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,x,0\n", ":6: column 'hip' holds 'x'"),
     "fault after blank lines": ("\n" + HEAD + "\n0,0,0\n \n1,x,0\n", ":6: column 'hip' holds 'x'"),
     "infinite after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,inf,0\n", ":6: column 'hip' is infinite"),
-    "lines above the names": ("Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n", ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #"),
+    "lines above the names": (
+        "Bench 3;B\nDate;3.11.2026\nRate [Hz];125\n\nTime;hip;slide\n0;0;0\n",
+        ":1: the names of columns seem to be in line 5; remove the lines above it, or begin them with #",
+    ),
     "a first column without a name": (",time,hip,slide\n5,0,0,0\n6,1,0,0\n7,2,0,0\n", ":2: '5' in column 1, which has no name; name it in line 1"),
     "a last column that counts from 0": ("time,hip,slide,\n0,0,0,0\n1,0,0,1\n2,0,0,2\n", ":2: '0' in column 4, which has no name; name it in line 1"),
     "names above a thousand comments": ("# time hip slide\n" + "# x\n" * 1000 + "0 0 0\n1 0 0\n", ":1002: no names of columns, but numbers"),

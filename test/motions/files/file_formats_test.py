@@ -67,7 +67,11 @@ SAME = {
     ),
     "arrays by name": (lambda r: npz(**columns(r)), "NPZ", None),
     "time and q": (lambda r: npz(time=r[:, 0], q=r[:, 1:]), "NPZ", "columns of q are taken in the order of the robot's joints: hip, slide"),
-    "names as bytes, and once more": (lambda r: npz(time=r[:, 0], q=r[:, :0:-1], joint_names=np.array([b"slide", b"hip"]), names=["slide", "hip"]), "NPZ", None),
+    "names as bytes, and once more": (
+        lambda r: npz(time=r[:, 0], q=r[:, :0:-1], joint_names=np.array([b"slide", b"hip"]), names=["slide", "hip"]),
+        "NPZ",
+        None,
+    ),
     "t, and names": (lambda r: npz(t=r[:, 0], q=r[:, :0:-1], joint_names=["slide", "hip"]), "NPZ", "column 't' is taken as the time, in s"),
     "columns of MATLAB": (lambda r: npz(time=r[:, :1], hip=r[:, 1:2], slide=r[:, 2:].T), "NPZ", None),
 }
@@ -119,13 +123,22 @@ REFUSED = {
     "NPZ, truncated": (npz(**ROW)[:-40], ": is an NPZ file or another zip archive, but truncated or damaged"),
     "objects": (npz(time=[0.0], q=np.array([None], dtype=object)), ": array 'q' holds Python objects; save numbers only"),
     "sizes": (npz(time=np.zeros(3), q=np.zeros((3, 5))), ": array 'q' has 5 columns, but leg has 2: hip, slide"),
-    "a joint that is listed twice": (npz(time=np.zeros(3), q=np.zeros((3, 2)), names=["hip", "hip"]), ": array 'names' lists 'hip' more than once; give each joint once"),
-    "two lists of joints": (npz(time=np.zeros(3), q=np.zeros((3, 2)), joints=["hip", "slide"], names=["slide", "hip"]), ": arrays 'joints' and 'names' list different joints; remove one"),
+    "a joint that is listed twice": (
+        npz(time=np.zeros(3), q=np.zeros((3, 2)), names=["hip", "hip"]),
+        ": array 'names' lists 'hip' more than once; give each joint once",
+    ),
+    "two lists of joints": (
+        npz(time=np.zeros(3), q=np.zeros((3, 2)), joints=["hip", "slide"], names=["slide", "hip"]),
+        ": arrays 'joints' and 'names' list different joints; remove one",
+    ),
     "sizes of listed joints": (npz(time=np.zeros(3), q=np.zeros((3, 5)), names=["hip"]), ": array 'q' has 5 columns, but the file lists 1 joint"),
     "samples": (npz(time=np.zeros(3), q=np.zeros((4, 2))), ": array 'q' has 4 samples, but 'time' has 3; give as many of each"),
     "cube": (npz(time=np.zeros(3), hip=np.zeros((3, 2, 2)), slide=np.zeros(3)), ": array 'hip' has the shape (3, 2, 2); expected one number for each sample"),
     "a cube of all": (npz(time=np.zeros(3), q=np.zeros((3, 2, 2))), ": unknown column 'q', which has the shape (3, 2, 2)"),
-    "two columns of a joint": (npz(time=np.zeros(4), hip=np.zeros((2, 2)), slide=np.zeros(4)), ": array 'hip' has the shape (2, 2); expected one number for each sample"),
+    "two columns of a joint": (
+        npz(time=np.zeros(4), hip=np.zeros((2, 2)), slide=np.zeros(4)),
+        ": array 'hip' has the shape (2, 2); expected one number for each sample",
+    ),
     "no time": (npz(q=np.zeros((3, 2))), ": no column `time`; found hip, slide"),
     "twice": (npz(time=np.zeros(3), q=np.zeros((3, 2)), hip=np.zeros(3)), ": column 'hip' is given twice, by 'q' and by an array of its own"),
     "a single array": (b"\x93NUMPY\x01\x00", ": is a single NumPy array; save time and positions together"),
@@ -159,7 +172,12 @@ def test_damaged_files_are_refused_in_one_sentence_or_read(leg, written, rows, f
     assert refused > 10
 
 
-LISTS = {"time": pa.array(np.arange(9) * 1_000_000_000, pa.timestamp("ns")), "state": [[k, 2.0 * k] for k in range(9)], "load": np.arange(9) * 0.1, "other": [[0.0] * 5] * 9}
+LISTS = {
+    "time": pa.array(np.arange(9) * 1_000_000_000, pa.timestamp("ns")),
+    "state": [[k, 2.0 * k] for k in range(9)],
+    "load": np.arange(9) * 0.1,
+    "other": [[0.0] * 5] * 9,
+}
 DATE = {"time": ["2026-03-01 12:00:00.0"] * 300}
 
 
@@ -210,7 +228,9 @@ def test_spreadsheets_are_refused(leg, tmp_path, refusal):
 
 
 def test_a_topic_is_for_bags(leg, written, refusal):
-    assert refusal(leg, written(npz(**ROW)), topic="/joint_states").startswith(": --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is NPZ")
+    assert refusal(leg, written(npz(**ROW)), topic="/joint_states").startswith(
+        ": --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is NPZ"
+    )
 
 
 @pytest.mark.parametrize("piped", [False, True], ids=["a file", "bytes of a pipe"])

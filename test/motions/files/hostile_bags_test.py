@@ -17,9 +17,16 @@ RENAMED = "ALTER TABLE {table} RENAME TO other; CREATE TABLE {table} AS SELECT *
 DATABASES = {
     "a view without an end": ("DROP TABLE schema; CREATE VIEW schema AS " + FOREVER.format(column="schema_version"), "the view 'schema'"),
     "a trigger": ("CREATE TRIGGER t AFTER INSERT ON messages BEGIN DELETE FROM topics; END", "the trigger 't'"),
-    "a column of a gigabyte": ("ALTER TABLE messages DROP COLUMN data; ALTER TABLE messages ADD COLUMN data AS (zeroblob(1000000000))", "columns of 'messages' that are computed"),
+    "a column of a gigabyte": (
+        "ALTER TABLE messages DROP COLUMN data; ALTER TABLE messages ADD COLUMN data AS (zeroblob(1000000000))",
+        "columns of 'messages' that are computed",
+    ),
     "one topic many times": (RENAMED.format(table="topics") + "; INSERT INTO topics SELECT * FROM other", "two topics of the same number"),
-    "one topic by two names": (RENAMED.format(table="topics") + "; UPDATE topics SET id = '1'; INSERT INTO topics SELECT '01', name, type, serialization_format, offered_qos_profiles, type_description_hash FROM other", "two topics"),
+    "one topic by two names": (
+        RENAMED.format(table="topics")
+        + "; UPDATE topics SET id = '1'; INSERT INTO topics SELECT '01', name, type, serialization_format, offered_qos_profiles, type_description_hash FROM other",
+        "two topics",
+    ),
 }
 
 
@@ -84,7 +91,9 @@ def test_databases_of_many_messages_and_of_older_recorders(leg, tmp_path):
     """More steps than a small file may take; and topics without a column of what their publishers offer."""
     path = database_of(write(tmp_path, "ros2", leg_messages()))
     database = sqlite3.connect(path)
-    database.executescript(f"INSERT INTO messages SELECT row + 100, topic_id, timestamp, data FROM messages, ({FOREVER.format(column='row')} LIMIT 100000) WHERE messages.id = 1")
+    database.executescript(
+        f"INSERT INTO messages SELECT row + 100, topic_id, timestamp, data FROM messages, ({FOREVER.format(column='row')} LIMIT 100000) WHERE messages.id = 1"
+    )
     database.execute("ALTER TABLE topics DROP COLUMN offered_qos_profiles")
     database.commit()
     database.close()

@@ -84,8 +84,14 @@ def footer(path):
 
 
 def test_sizes_are_those_that_pyarrow_says(tmp_path):
-    table = pa.table({"time": T, "text": list("abcdefgh"), "lists": [[1.0] * k for k in range(8)], "deep": [{"a": [k], "b": None} for k in range(8)], "flag": T > 2})
-    for options in ({"row_group_size": 3}, {"compression": "zstd", "write_page_index": True, "use_dictionary": False}, {"data_page_version": "2.0", "store_schema": False}):
+    table = pa.table(
+        {"time": T, "text": list("abcdefgh"), "lists": [[1.0] * k for k in range(8)], "deep": [{"a": [k], "b": None} for k in range(8)], "flag": T > 2}
+    )
+    for options in (
+        {"row_group_size": 3},
+        {"compression": "zstd", "write_page_index": True, "use_dictionary": False},
+        {"data_page_version": "2.0", "store_schema": False},
+    ):
         pq.write_table(table, tmp_path / "m.parquet", **options)
         metadata = pq.ParquetFile(tmp_path / "m.parquet").metadata
         groups = [metadata.row_group(g) for g in range(metadata.num_row_groups)]
@@ -112,6 +118,15 @@ def test_what_is_no_footer(tmp_path):
     whole = footer(tmp_path / "m.parquet")
     lists = b"\x19" + b"\x19" * 40  # in lists in lists
     structs = b"\x1c" * 40
-    for data in (*(whole[:k] for k in range(len(whole) - 1)), lists, structs, b"\x19\xfc\xff\xff\x03", b"\x49\x16\x00", b"\x1b\x00", b"\x16" + b"\xff" * 11, b"\x16" + b"\xff" * 10 + bytes(2)):
+    for data in (
+        *(whole[:k] for k in range(len(whole) - 1)),
+        lists,
+        structs,
+        b"\x19\xfc\xff\xff\x03",
+        b"\x49\x16\x00",
+        b"\x1b\x00",
+        b"\x16" + b"\xff" * 11,
+        b"\x16" + b"\xff" * 10 + bytes(2),
+    ):
         with pytest.raises(ValueError):
             parquet_footer.row_groups(data)

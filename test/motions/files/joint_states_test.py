@@ -17,7 +17,9 @@ def message(names, stamp, log=None, velocity=True, position=None, effort=()):
     t = (stamp - START) * 1e-9
     position = [PLACE[n] + SPEED[n] * t for n in names] if position is None else position
     header = SimpleNamespace(stamp=SimpleNamespace(sec=stamp // 10**9, nanosec=stamp % 10**9))
-    return (stamp if log is None else log), SimpleNamespace(name=list(names), position=position, velocity=[SPEED[n] for n in names] if velocity else [], effort=list(effort), header=header)
+    return (stamp if log is None else log), SimpleNamespace(
+        name=list(names), position=position, velocity=[SPEED[n] for n in names] if velocity else [], effort=list(effort), header=header
+    )
 
 
 def table(messages, **options):
@@ -121,5 +123,9 @@ def test_messages_that_are_refused():
     with pytest.raises(MotionError, match="has 2 messages, none with positions"):
         table([message("ab", START, position=[])] * 2)
     with pytest.raises(MotionError, match=": a and b are never recorded at the same time"):
-        found = table([message("c", START + k * MS) for k in range(-4, 20)] + [message("a", START + k * MS) for k in range(8)] + [message("b", START + (8 + k) * MS) for k in range(8)])
+        found = table(
+            [message("c", START + k * MS) for k in range(-4, 20)]
+            + [message("a", START + k * MS) for k in range(8)]
+            + [message("b", START + (8 + k) * MS) for k in range(8)]
+        )
         found.read(found.names)

@@ -32,14 +32,18 @@ def log(variable, axes=6, clock="IPOC", separator="\t", decimal=".", more=()):
     return "\n".join(separator.join(row).replace(".", decimal) if row is not names else separator.join(row) for row in [names, *rows]) + "\n"
 
 
-@pytest.mark.parametrize("names", [[f"joint_a{i}" for i in range(1, 7)], [f"lbr_A{i}_joint" for i in range(1, 7)], [f"kr_joint_{i}" for i in range(1, 7)], list("uvwxyz")])
+@pytest.mark.parametrize(
+    "names", [[f"joint_a{i}" for i in range(1, 7)], [f"lbr_A{i}_joint" for i in range(1, 7)], [f"kr_joint_{i}" for i in range(1, 7)], list("uvwxyz")]
+)
 @pytest.mark.parametrize("variable, which", [("$AXIS_ACT_MEAS.", "measured"), ("$AXIS_ACT_", "commanded"), ("AIPos.", "measured"), ("ASPos_", "commanded")])
 def test_positions_in_degrees(arm, written, names, variable, which):
     motion = ksl.read_motion(arm(names), written(log(variable, more=["$TORQUE_AXIS_ACT[1]", "RIst.X"])))
     np.testing.assert_allclose(motion.q, np.radians(POSITIONS[:, :6]), atol=1e-10)
     np.testing.assert_allclose(motion.time, 0.012 * np.arange(50), atol=1e-12)
     notes = "\n".join(motion.source.notes)
-    assert f"{variable}A1 to {variable}A6 of KUKA, {which}, are those of {names[0]}, " in notes and "directions are taken to be those of the robot's file" in notes
+    assert (
+        f"{variable}A1 to {variable}A6 of KUKA, {which}, are those of {names[0]}, " in notes and "directions are taken to be those of the robot's file" in notes
+    )
     assert "times are counted from the first sample, where IPOC is 4208163000" in notes
     assert "not used: $TORQUE_AXIS_ACT[1], RIst.X" in notes and motion.source.format.endswith("of KUKA")
 

@@ -31,7 +31,9 @@ def test_arrays(leg, mat, rows, compressed, shape):
     np.testing.assert_allclose(motion.q, rows[:, 1:], atol=1e-7)
 
 
-@pytest.mark.parametrize("names", [np.array(["slide", "hip"], dtype=object), np.array(["slide", "hip"]), np.array([["slide", "hip"]])], ids=["cells", "characters", "a row of texts"])
+@pytest.mark.parametrize(
+    "names", [np.array(["slide", "hip"], dtype=object), np.array(["slide", "hip"]), np.array([["slide", "hip"]])], ids=["cells", "characters", "a row of texts"]
+)
 def test_names_of_joints(leg, mat, rows, names):
     motion = ksl.read_motion(leg, mat(time=rows[:, :1], q=rows[:, [2, 1]], joint_names=names))
     np.testing.assert_array_equal(motion.q, rows[:, 1:])
@@ -44,13 +46,17 @@ def test_numbers_of_the_whole_motion_are_left_out(leg, mat, rows):
 
 def test_what_is_no_array_is_said(leg, mat, rows, refusal):
     whole = {"time": rows[:, :1], "q": rows[:, 1:]}
-    assert refusal(leg, mat(out={"time": rows[:, :1]})).startswith(": holds no arrays of numbers, but out (struct); save arrays: save('motion.mat', 'time', 'q')")
+    assert refusal(leg, mat(out={"time": rows[:, :1]})).startswith(
+        ": holds no arrays of numbers, but out (struct); save arrays: save('motion.mat', 'time', 'q')"
+    )
     assert "unknown column 'remark'" in refusal(leg, mat(**whole, remark="by Ada"))
     assert ksl.read_motion(leg, mat(**whole, remark="by Ada"), ignore_extra=True).q.shape == (10, 2)
     assert "array 'q' has 10 columns, but leg has 2: hip, slide" in refusal(leg, mat(time=rows[:6, :1], q=np.tile(rows[:, 1:].T, (3, 1))))
     assert "has the shape (2, 3, 4)" in refusal(leg, mat(**whole, x=np.ones((2, 3, 4))))
     assert refusal(leg, mat(time=rows[:, :1], slide=rows[:, 2:], hip=np.ones((10, 1)) * 1j)).startswith(": column 'hip' holds complex numbers: ")
-    assert refusal(leg, mat(time=rows[:, :1], slide=rows[:, 2:], hip=np.ones((3, 1)))).endswith("array 'hip' has 3 samples, but 'time' has 10; give as many of each")
+    assert refusal(leg, mat(time=rows[:, :1], slide=rows[:, 2:], hip=np.ones((3, 1)))).endswith(
+        "array 'hip' has 3 samples, but 'time' has 10; give as many of each"
+    )
     for lying in ({"time": rows[:, :1], "q": rows[:, 1:].T}, {"q": rows[:, 1:].T, "time": rows[:, :1]}):
         assert refusal(leg, mat(**lying)).endswith("; 'q' has a column for each sample: transpose it")
 
@@ -82,7 +88,9 @@ def test_a_map_names_matrices(leg, mat, rows, refusal):
     file = mat(time=rows[:, :1], Q=rows[:, 1:], x=rows)
     for columns in ({"Q": "q"}, {"Q[0]": "hip", "Q[1]": "slide"}, {"x[1]": "hip", "x[2]": "slide"}):
         np.testing.assert_array_equal(ksl.read_motion(leg, file, map=columns, ignore_extra=True).q, rows[:, 1:])
-    degrees = ksl.read_motion(leg, mat(time=rows[:, :1], Q=rows[:, 1:2], x=rows), map={"columns": {"Q": {"to": "hip", "unit": "deg"}, "x[2]": "slide"}}, ignore_extra=True)
+    degrees = ksl.read_motion(
+        leg, mat(time=rows[:, :1], Q=rows[:, 1:2], x=rows), map={"columns": {"Q": {"to": "hip", "unit": "deg"}, "x[2]": "slide"}}, ignore_extra=True
+    )
     np.testing.assert_allclose(np.degrees(degrees.q[:, 0]), rows[:, 1])
     assert "'x' is to be 'q', and has 3 columns, but leg has 2: hip, slide" in refusal(leg, file, map={"x": "q"})
     file = mat(time=rows[:, :1], q=rows, v=rows[:, 1:], x=rows[:, 1:])
@@ -137,7 +145,13 @@ def test_a_file_of_a_machine_whose_bytes_have_the_other_order(leg, written, rows
 def test_elements_that_matlab_does_not_write(leg, written, rows, refusal):
     time, q = array("time", rows[:, :1]), array("q", rows[:, 1:])
     assert "columns" not in refusal(leg, written(headed(time))) and ksl.read_motion(leg, written(headed(time + q))).q.shape == (10, 2)
-    for bad in (array("q", rows[:, 1:], kind=0), array("q", rows[:, 1:], of_class=18), array("q", rows[:, 1:], kind=3), q[:8] + element(6, b"") + q[8:], element(9, bytes(8))):
+    for bad in (
+        array("q", rows[:, 1:], kind=0),
+        array("q", rows[:, 1:], of_class=18),
+        array("q", rows[:, 1:], kind=3),
+        q[:8] + element(6, b"") + q[8:],
+        element(9, bytes(8)),
+    ):
         assert ": is a MATLAB file, but truncated or damaged; save it again" in refusal(leg, written(headed(time + bad)))
     assert refusal(leg, written(headed(time + q + time))) == ": two variables are named 'time'; save one of them"
 
@@ -154,7 +168,11 @@ def test_numbers_and_names_of_every_type(leg, written, refusal, order, mark, kin
     types = dict(zip(("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8"), (1, 2, 3, 4, 5, 6, 7, 9, 12, 13), strict=True))
 
     def variable(name, x, shape=None, named=small):
-        head = element(6, struct.pack(f"{order}II", 6, 0), order) + element(5, struct.pack(f"{order}{len(shape or (0, 0))}i", *(shape or (len(x), 1))), order) + named(1, name, order)
+        head = (
+            element(6, struct.pack(f"{order}II", 6, 0), order)
+            + element(5, struct.pack(f"{order}{len(shape or (0, 0))}i", *(shape or (len(x), 1))), order)
+            + named(1, name, order)
+        )
         return element(14, head + element(types[kind], np.asarray(x, dtype=order + kind).tobytes(), order), order)
 
     k = np.arange(8)
@@ -203,7 +221,9 @@ def test_files_that_unpack_to_much_are_refused(leg, written, rows, refusal, monk
     monkeypatch.setattr(limits, "MOTION_BYTES", 1 << 20)
     packed = zlib.compress(array("q", np.zeros((1 << 20, 2))))
     assert len(packed) < 1 << 16
-    assert ": unpacked it is larger than 1 MB, the most that is read" in refusal(leg, written(headed(array("time", rows[:, :1]) + struct.pack("<II", 15, len(packed)) + packed)))
+    assert ": unpacked it is larger than 1 MB, the most that is read" in refusal(
+        leg, written(headed(array("time", rows[:, :1]) + struct.pack("<II", 15, len(packed)) + packed))
+    )
 
 
 def test_cells_that_hold_no_names(leg, mat, rows, refusal):

@@ -45,9 +45,19 @@ OTHERS = [
 
 
 def footer(groups, long=False, more=()):
-    column = lambda values, size: fields((2, I64, signed(4)), (3, STRUCT, fields((1, I32, signed(5)), (5, I64, signed(values)), (6, I64, signed(size)), (7, I64, signed(9)), *OTHERS, long=long)), *OTHERS, long=long)
-    rows = [fields((1, LIST, listed(STRUCT, *[column(*c) for c in group])), (2, I64, signed(77)), (3, I64, signed(3 - len(group))), *OTHERS, long=long) for group in groups]
-    return fields((1, I32, signed(2)), (2, LIST, listed(STRUCT, fields((4, BINARY, unsigned(1) + b"x")))), (4, LIST, listed(STRUCT, *rows)), *OTHERS, *more, long=long)
+    column = lambda values, size: fields(
+        (2, I64, signed(4)),
+        (3, STRUCT, fields((1, I32, signed(5)), (5, I64, signed(values)), (6, I64, signed(size)), (7, I64, signed(9)), *OTHERS, long=long)),
+        *OTHERS,
+        long=long,
+    )
+    rows = [
+        fields((1, LIST, listed(STRUCT, *[column(*c) for c in group])), (2, I64, signed(77)), (3, I64, signed(3 - len(group))), *OTHERS, long=long)
+        for group in groups
+    ]
+    return fields(
+        (1, I32, signed(2)), (2, LIST, listed(STRUCT, fields((4, BINARY, unsigned(1) + b"x")))), (4, LIST, listed(STRUCT, *rows)), *OTHERS, *more, long=long
+    )
 
 
 @pytest.mark.parametrize("long", [False, True])
@@ -92,7 +102,17 @@ def test_rows_that_are_no_number_are_none():
     assert of((3, BINARY, unsigned(1) + b"\x08")) == of() == [(0, [])] and of((3, I32, signed(8))) == [(8, [])]
 
 
-@pytest.mark.parametrize("bad", [(70, MAP, b"\0"), (70, 13, b""), (70, I64, b"\xff" * 10), (70, LIST, b"\xf3" + unsigned(10_000)), (4, LIST, listed(I32, signed(1))), (70, BINARY, unsigned(10_000))])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        (70, MAP, b"\0"),
+        (70, 13, b""),
+        (70, I64, b"\xff" * 10),
+        (70, LIST, b"\xf3" + unsigned(10_000)),
+        (4, LIST, listed(I32, signed(1))),
+        (70, BINARY, unsigned(10_000)),
+    ],
+)
 def test_what_is_no_footer(bad):
     with pytest.raises(ValueError):
         chunks(footer([[(1, 2)]], more=[bad]))

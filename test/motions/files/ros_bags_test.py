@@ -80,7 +80,10 @@ def test_one_file_of_a_ros_2_bag(leg, tmp_path, refusal):
         assert refusal(leg, folder).startswith(f": is a folder without metadata.yaml; give one of its recordings: {file}")
 
 
-@pytest.mark.parametrize(("name", "text", "found"), [("metadata.yaml", "rosbag2_bagfile_information:", True), ("metadata.yaml", "names:", False), ("m.yaml", "rosbag2_bagfile_information:", False)])
+@pytest.mark.parametrize(
+    ("name", "text", "found"),
+    [("metadata.yaml", "rosbag2_bagfile_information:", True), ("metadata.yaml", "names:", False), ("m.yaml", "rosbag2_bagfile_information:", False)],
+)
 def test_what_describes_a_bag(written, name, text, found):
     assert _describes_bag(str(written(text, name))) == found and not _describes_bag(str(written(text, name).parent / "none" / "metadata.yaml"))
 

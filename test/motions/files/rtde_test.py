@@ -12,7 +12,7 @@ def recording(separator=" ", actual=True, target=True, rates=True, n=60):
     """Header and rows; measured positions are 0.001 rad beside the commanded ones."""
     t = 1234.5 + 0.008 * np.arange(n)
     q = np.sin(t[:, None] * np.linspace(0.5, 1, 6))
-    v, a = np.linspace(0.5, 1, 6) * np.cos(t[:, None] * np.linspace(0.5, 1, 6)), -np.linspace(0.5, 1, 6) ** 2 * q
+    v, a = np.linspace(0.5, 1, 6) * np.cos(t[:, None] * np.linspace(0.5, 1, 6)), -(np.linspace(0.5, 1, 6) ** 2) * q
     columns = {"timestamp": t[:, None]}
     if target:
         columns |= {"target_q": q, **({"target_qd": v, "target_qdd": a} if rates else {}), "target_moment": 9 * q}
@@ -38,7 +38,10 @@ def test_measured_positions_and_velocities(ur5, written, separator):
     np.testing.assert_array_equal(motion.v, v[:, order])
     np.testing.assert_array_equal(motion.time, 1234.5 + 0.008 * np.arange(60))
     notes = "\n".join(motion.source.notes)
-    assert "actual_q, actual_qd of RTDE, measured, are those of shoulder_pan, " in notes and "not used: target_q, target_qd, target_qdd, target_moment, actual_current, robot_mode" in notes
+    assert (
+        "actual_q, actual_qd of RTDE, measured, are those of shoulder_pan, " in notes
+        and "not used: target_q, target_qd, target_qdd, target_moment, actual_current, robot_mode" in notes
+    )
     assert motion.source.format.endswith("of RTDE")
     assert not np.array_equal(ksl.read_motion(ur5, written(text), positions_only=True).v, v[:, order])
 
@@ -59,7 +62,11 @@ def test_which_columns_are_used(ur5, written, which, rates, positions_only):
     text, q, v = recording(",", which != "target", which != "actual", rates)
     motion = ksl.read_motion(ur5, written(text), positions_only=positions_only)
     name = "target" if which == "target" else "actual"
-    used = [f"{name}_q"] + ([f"{name}_qd"] if rates and not positions_only else []) + (["target_qdd"] if rates and not positions_only and which == "target" else [])
+    used = (
+        [f"{name}_q"]
+        + ([f"{name}_qd"] if rates and not positions_only else [])
+        + (["target_qdd"] if rates and not positions_only and which == "target" else [])
+    )
     assert motion.source.notes[0].startswith(f"{', '.join(used)} of RTDE, {'commanded' if which == 'target' else 'measured'}, are those of ")
     order = [NAMES.index(f"{joint}_joint") for joint in ur5.joint_names]
     assert np.array_equal(motion.q, (q + (1e-3 if name == "actual" else 0))[:, order]) and np.array_equal(motion.v, v[:, order]) == (len(used) > 1)
@@ -101,7 +108,9 @@ def test_the_map_for_logs_of_drives_on_the_page(robot, written):
     page = (Path(__file__).parents[3] / "docs/motions.md").read_text(encoding="utf-8")
     (table,) = [block for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "0x6064" in block]
     link = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    arm = robot(f'<robot name="a"><link name="b"/><link name="c">{link}<joint name="elbow" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint></robot>')
+    arm = robot(
+        f'<robot name="a"><link name="b"/><link name="c">{link}<joint name="elbow" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint></robot>'
+    )
     counts = np.arange(0, 20) * 100_000
     log = written("Time [ms],0x6064,0x6077\n" + "".join(f"{10 * k},{n},{k - 5}\n" for k, n in enumerate(counts)))
     motion = ksl.read_motion(arm, log, map=written(table, "map.toml"))

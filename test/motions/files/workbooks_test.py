@@ -55,7 +55,10 @@ def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
     motion = ksl.read_motion(leg, book(**{"Empty": [], "sheet 2": table, "Notes": [["see page 3", "and 4"]]}))
     np.testing.assert_allclose(np.column_stack([motion.time, motion.q]), rows, atol=1e-12)
     notes = "\n".join(motion.source.notes)
-    assert "left out of sheet 'sheet 2': 'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench " + 34 * "x" + "', above the names" in notes
+    assert (
+        "left out of sheet 'sheet 2': 'Test 7, arm 2', 'Examiner Ada', 'Date 2026-11-03 14:22:00', 'Rate 10 Hz', 'Bench " + 34 * "x" + "', above the names"
+        in notes
+    )
     assert "'recorded by Ada' in cell E10" in notes and "converted from deg to rad: hip" in notes and "they hold no numbers: sheets Notes" in notes
     for row in table[8:18]:
         row[4:] = ["ok"]
@@ -68,7 +71,13 @@ def test_titles_units_indents_empty_sheets_and_remarks(leg, book, rows):
 
 @pytest.mark.parametrize(
     "start",
-    [datetime.datetime(2026, 3, 1, 12, 0, 0, 250000), datetime.time(23, 59, 58), datetime.time(23, 59, 59, 500000), datetime.time(1, 59, 59, 500000), datetime.timedelta(hours=30)],
+    [
+        datetime.datetime(2026, 3, 1, 12, 0, 0, 250000),
+        datetime.time(23, 59, 58),
+        datetime.time(23, 59, 59, 500000),
+        datetime.time(1, 59, 59, 500000),
+        datetime.timedelta(hours=30),
+    ],
     ids=["dates", "clock", "clock past midnight", "clock past an hour", "durations"],
 )
 def test_times_of_excel(leg, book, rows, start):
@@ -127,7 +136,10 @@ def test_several_sheets_need_a_name(leg, book, rows, refusal):
 
 
 REFUSED = {
-    "two tables side by side": ([[*NAMES, None, *NAMES], [0, 1, 2, None, 0, 1, 2]], ", row 1: column D has no name, and columns with names stand on both sides of it: two tables?"),
+    "two tables side by side": (
+        [[*NAMES, None, *NAMES], [0, 1, 2, None, 0, 1, 2]],
+        ", row 1: column D has no name, and columns with names stand on both sides of it: two tables?",
+    ),
     "a number beside the table": ([NAMES, [0, 1, 2, None, 5]], ", cell E2: holds '5' beside the table, where no name is above: two tables?"),
     "two tables below each other": ([NAMES, [0, 1, 2], [1, 1, 2], [], NAMES, [0, 1, 2]], ", row 5: the table ends in row 3, and more follows: a second table?"),
     "an empty row": ([NAMES, [0, 1, 2], [], [1, 1, 2]], ", row 4: the table ends in row 2, and more follows"),
@@ -138,14 +150,26 @@ REFUSED = {
     "names alone": ([NAMES, ["s", "rad", "m"]], ": 0 samples, but differentiating hip, slide needs at least 6"),
     "a last column without numbers": ([NAMES, [0, 1], [1, 1]], ": the positions of slide are not numbers in any sample"),
     "times that go back": ([["Test 7"], [], NAMES, ["s", "rad", "m"], [5, 1, 2], [1, 1, 2]], ", row 6: time 1 after 5; times must increase"),
-    "a unit far above the names": ([*[["Test 7"]] * 2 * MOST_NOTES, ["Positions [deg]"], NAMES, [0, 1, 2]], f", cell A{2 * MOST_NOTES + 1}: 'Positions [deg]' stands above"),
+    "a unit far above the names": (
+        [*[["Test 7"]] * 2 * MOST_NOTES, ["Positions [deg]"], NAMES, [0, 1, 2]],
+        f", cell A{2 * MOST_NOTES + 1}: 'Positions [deg]' stands above",
+    ),
     "the same name twice": ([["time", "hip", "hip"], [0, 1, 2]], ", row 1: two columns are named 'hip'"),
-    "a number as text": ([NAMES, [0, 1, 2], [1, "1,5", 2]], ", cell B3: column 'hip' holds '1,5'; expected a number, and this is text: let the spreadsheet program make numbers"),
+    "a number as text": (
+        [NAMES, [0, 1, 2], [1, "1,5", 2]],
+        ", cell B3: column 'hip' holds '1,5'; expected a number, and this is text: let the spreadsheet program make numbers",
+    ),
     "an error of a formula": ([NAMES, [0, "#DIV/0!", 2]], ", cell B2: column 'hip' holds '#DIV/0!'"),
     "a truth value": ([NAMES, [0, True, 2]], ", cell B2: column 'hip' holds 'True'"),
     "a mean below": ([NAMES, [0, 1, 2], ["mean", 1, 2]], ", cell A3: column 'time' holds 'mean'"),
-    "a unit above the names": ([[None, "Positions [deg]"], NAMES, [0, 1, 2]], ", cell B1: 'Positions [deg]' stands above the names of columns and gives a unit"),
-    "a formula without its value": ([NAMES, [0, 1, 2], ["=A2+1", 1, 2]], ", cell A3: holds a formula without its value; open the workbook in a spreadsheet program"),
+    "a unit above the names": (
+        [[None, "Positions [deg]"], NAMES, [0, 1, 2]],
+        ", cell B1: 'Positions [deg]' stands above the names of columns and gives a unit",
+    ),
+    "a formula without its value": (
+        [NAMES, [0, 1, 2], ["=A2+1", 1, 2]],
+        ", cell A3: holds a formula without its value; open the workbook in a spreadsheet program",
+    ),
     "dates of a joint": ([NAMES, [0, datetime.datetime(2026, 1, 1), 2]], ": column 'hip' holds dates or clock times; expected numbers"),
     "dates among numbers": ([NAMES, [0, 1, 2], [datetime.datetime(2026, 1, 1), 1, 2]], ", cell A3: column 'time' holds '2026-01-01"),
 }
@@ -220,5 +244,8 @@ def test_cells_as_numbers():
 
     from ksl.motions.files.workbook import _number
 
-    assert _number(datetime.time(2, 3, 4, 500_000)) == (2 * 3600 + 3 * 60 + 4.5, True) and _number(datetime.timedelta(days=1, milliseconds=5)) == (86400.005, True)
+    assert _number(datetime.time(2, 3, 4, 500_000)) == (2 * 3600 + 3 * 60 + 4.5, True) and _number(datetime.timedelta(days=1, milliseconds=5)) == (
+        86400.005,
+        True,
+    )
     assert _number(3) == (3.0, False) and _number(-0.5) == (-0.5, False) and [_number(x) for x in ("3", True, None, 10**400)] == [(None, False)] * 4

@@ -136,7 +136,9 @@ def test_short_ramps_keep_to_limits_of_effort(two):
 
 def test_times_that_are_too_short_are_refused(two):
     points = Waypoints(np.array([[-1.0, 0.5], [1.0, -0.5]]))
-    with pytest.raises(MotionError, match=r"minjerk: in 1 s the speed of hip would be 2\.5 of its limit 1\.5 rad/s, at 0\.5 s; the shortest time within all limits is 2\.5 s"):
+    with pytest.raises(
+        MotionError, match=r"minjerk: in 1 s the speed of hip would be 2\.5 of its limit 1\.5 rad/s, at 0\.5 s; the shortest time within all limits is 2\.5 s"
+    ):
         minimum_jerk(two, points, duration=1.0)
     with pytest.raises(MotionError, match="duration -1 s: expected a positive number"):
         trapezoid(two, points, duration=-1.0)

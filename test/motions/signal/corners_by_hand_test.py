@@ -159,7 +159,9 @@ def motion(rng, order):
         x[k] += 10.0 ** rng.uniform(-4, 0)
     if rng.random() < 0.3:  # at an end, in steps of all sizes
         k = int(rng.integers(1, 5))
-        x[slice(k) if rng.random() < 0.5 else slice(-k, None)] += 10.0 ** rng.uniform(-3, 0) * rng.choice([np.ones(k), 1 + 0.2 * rng.random(k), np.arange(k) + 1.0, rng.normal(size=k)])[:k]
+        x[slice(k) if rng.random() < 0.5 else slice(-k, None)] += (
+            10.0 ** rng.uniform(-3, 0) * rng.choice([np.ones(k), 1 + 0.2 * rng.random(k), np.arange(k) + 1.0, rng.normal(size=k)])[:k]
+        )
     x = x + 10.0 ** rng.uniform(-9, -3) * rng.normal(size=n) * rng.choice([0, 1])
     step = rng.choice([0.0, 0.0, 10.0 ** rng.uniform(-6, -2)])
     return t, np.round(x / step) * step if step and rng.random() < 0.8 else x, float(step)
@@ -174,7 +176,11 @@ def nearly(rng, order):
         after = np.maximum(u - at, 0)
         spoiled = np.zeros(4)
         spoiled[rng.integers(0, 4)] = 10.0 ** rng.uniform(-2.2, -0.3) * rng.choice([-1, 0, 1])
-        x = x + size * (after**order / order + (u > at) * sum(c * after**k for k, c in enumerate(spoiled)) + 0.1 * spoiled[3] * rng.choice([-1, 0]) * np.minimum(u - at, 0) ** 3)
+        x = x + size * (
+            after**order / order
+            + (u > at) * sum(c * after**k for k, c in enumerate(spoiled))
+            + 0.1 * spoiled[3] * rng.choice([-1, 0]) * np.minimum(u - at, 0) ** 3
+        )
     x = x + rng.choice([0.0, 10.0 ** rng.uniform(-5, -2)]) * rng.normal(size=n)
     return 0.01 * u, x, 0.0
 
@@ -255,7 +261,10 @@ JUST = {  # what a jump of 1 between samples 10 and 11 may still be, and what is
     "by a fifth, in more noise": ({"apart": 0.195, "noise": 0.0185}, {"apart": 0.205, "noise": 0.0185}),
     "not between its samples": ({"at": 0.535}, {"at": 0.565}),
     "polynomials that disagree by a tenth": ({"one_side": 0.097 / 9}, {"one_side": 0.103 / 9}),
-    "by three times the noise": ({"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 1.03}, {"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 0.97}),
+    "by three times the noise": (
+        {"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 1.03},
+        {"one_side": 0.0145, "noise": 0.0145 * 9 / 3 / 162**0.5 * 0.97},
+    ),
     "steep": ({"both": 0.097 / 6}, {"both": 0.103 / 6}),
     "steep in noise": ({"both": 0.97 * 0.268 / 6, "noise": 0.268 / 3 / 20**0.5}, {"both": 1.03 * 0.268 / 6, "noise": 0.268 / 3 / 20**0.5}),
     "irrelevant": ({"bend": 49.0}, {"bend": 51.0}),
@@ -294,7 +303,10 @@ def test_what_an_impossible_jump_may_just_be(what):
     """Of 1, of the position or of its rate, behind a rest."""
     order, good, given, bad, other = IMPOSSIBLE[what]
     k = np.arange(24.0)
-    found = [_tested(k, (k >= 11) * polynomial.polyval(k - 10.5, c), 2, np.array([10]), np.array([noise]), step) for c, (noise, step) in ((good, given), (bad, other))]
+    found = [
+        _tested(k, (k >= 11) * polynomial.polyval(k - 10.5, c), 2, np.array([10]), np.array([noise]), step)
+        for c, (noise, step) in ((good, given), (bad, other))
+    ]
     assert [f[0] for f in found[0].impossible] == [order] and found[0].impossible[0][2] == pytest.approx(1.0, rel=0.15)
     assert found[1].impossible == []
 
@@ -315,7 +327,9 @@ def test_which_samples_at_an_end_are_off(seed, end):
         n, k = int(rng.integers(10, 20)), int(rng.integers(1, 5))
         t, noise = np.cumsum(rng.uniform(0.8, 1.2, n)), 10.0 ** rng.uniform(-6, -3, 2)
         x = 0.1 * np.sin(0.3 * t + rng.uniform(0, 6)) * rng.choice([0.1, 1.0])
-        x[end][:k] += 10.0 ** rng.uniform(-2, 0) * (1 + rng.choice([0.0, 0.1, 0.3]) * rng.uniform(-1, 1, k)) * (1 if rng.random() < 0.7 else rng.uniform(0, 1, k))
+        x[end][:k] += (
+            10.0 ** rng.uniform(-2, 0) * (1 + rng.choice([0.0, 0.1, 0.3]) * rng.uniform(-1, 1, k)) * (1 if rng.random() < 0.7 else rng.uniform(0, 1, k))
+        )
         found = _off_at_the_ends(t, x, noise)
         assert found == [pytest.approx(f, rel=1e-6) for f in at_the_ends(t, x, noise)]
         for f in found:

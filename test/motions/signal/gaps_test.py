@@ -52,7 +52,11 @@ def test_lengths_have_a_unit_and_quaternions_have_none(flying, column, said):
 def test_rates_on_either_side_of_a_gap_say_that_a_joint_moved(leg, moves):
     """Of a joint that is where it was, and moved just before the gap, or does so just behind it."""
     t = np.array([0.0, 0.1, 0.2, 0.3, 1.3, 1.4, 1.5, 1.6])
-    q = {"before": [0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1], "after": [0.1, 0.1, 0.1, 0.1, 0.1, 0.2, 0.3, 0.3], "nowhere": [0.1, 0.3, 0.1, 0.1, 0.1, 0.1, 0.3, 0.1]}[moves]
+    q = {
+        "before": [0.3, 0.3, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1],
+        "after": [0.1, 0.1, 0.1, 0.1, 0.1, 0.2, 0.3, 0.3],
+        "nowhere": [0.1, 0.3, 0.1, 0.1, 0.1, 0.1, 0.3, 0.1],
+    }[moves]
     assert len(doubts_about_gaps(leg.joints[:2], t, np.column_stack([q, 0 * t]))) == (moves != "nowhere")
 
 

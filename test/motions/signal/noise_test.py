@@ -212,7 +212,9 @@ def test_noise_that_smoothing_leaves():
 
 
 def test_orientations_are_smoothed_and_stay_unit_quaternions(robot):
-    body = '<robot name="stone"><link name="stone"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    body = (
+        '<robot name="stone"><link name="stone"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
     model = robot(body, floating_base=True)
     t = np.arange(800) * 0.005
     half = 0.4 * np.sin(2 * t)

@@ -41,15 +41,27 @@ def merged():
 SWAPPED = np.arange(201)
 SWAPPED[[50, 51]] = 51, 50
 DISORDERS = {
-    "velocities that are not numbers": (rows(slice(None)) | {"hip.v": np.full(201, NAN)}, "velocities of hip are not used: they are zero in every sample, or not numbers", 201),
+    "velocities that are not numbers": (
+        rows(slice(None)) | {"hip.v": np.full(201, NAN)},
+        "velocities of hip are not used: they are zero in every sample, or not numbers",
+        201,
+    ),
     "velocities of zero": (
         rows(slice(None)) | {"hip.v": np.zeros(201), "slide.v": np.zeros(201)},
         "velocities of hip, slide are not used: they are zero in every sample, or not numbers",
         201,
     ),
-    "missing positions": (rows(slice(None), hip=np.where(T == 1.0, NAN, CLEAN["hip"]), slide=np.where(T == 1.0, NAN, CLEAN["slide"])), "1 sample of hip, slide left out", 200),
+    "missing positions": (
+        rows(slice(None), hip=np.where(T == 1.0, NAN, CLEAN["hip"]), slide=np.where(T == 1.0, NAN, CLEAN["slide"])),
+        "1 sample of hip, slide left out",
+        200,
+    ),
     "a missing position of one joint": (rows(slice(None), hip=np.where(T == 1.0, NAN, CLEAN["hip"])), "200 samples of hip are at other times", 201),
-    "topics merged": (merged(), "100 samples of slide are at other times than those of the joints recorded most often: interpolated by splines onto these 198", 198),
+    "topics merged": (
+        merged(),
+        "100 samples of slide are at other times than those of the joints recorded most often: interpolated by splines onto these 198",
+        198,
+    ),
     "out of order": (rows(SWAPPED), "1 sample older than the one before: sorted by time", 201),
     "repeated": (rows(np.sort([*range(201), 100])), "1 sample with the time of another left out: the last one of each time is used", 201),
     "5 µs apart": (with_close(5e-6), "1 sample less than 1% of the median step before the next left out", 201),
@@ -170,7 +182,9 @@ def test_stamps_in_two_columns(leg, tmp_path, names, start):
 def rostopic(velocity="0.5"):
     head = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.name0,field.name1,field.position0,field.position1,field.velocity0,field.velocity1"
     stamp = 1_700_000_000_000_000_000
-    lines = [f"{stamp + int(t * 1e9) + 7},{k},{stamp + round(t * 1e9)},base,slide,hip,{np.cos(2 * t)!r},{np.sin(3 * t)!r},{velocity},nan" for k, t in enumerate(T)]
+    lines = [
+        f"{stamp + int(t * 1e9) + 7},{k},{stamp + round(t * 1e9)},base,slide,hip,{np.cos(2 * t)!r},{np.sin(3 * t)!r},{velocity},nan" for k, t in enumerate(T)
+    ]
     return "\n".join([head, *lines]) + "\n"
 
 
@@ -206,7 +220,9 @@ def test_lists_of_parquet_take_a_map(leg, tmp_path):
         pq.write_table(ragged, tmp_path / "motion.parquet")
         with pytest.raises(ksl.MotionError, match=f"sample 181: column 's' holds {words}; expected 3 in each row"):
             read_motion(leg, tmp_path / "motion.parquet", map=by, ignore_extra=True)
-    with pytest.raises(ksl.MotionError, match="column 'time' is not in .*motion.parquet, but 'timestamp' is; a map says what a column is.*: 'timestamp' = 'time'"):
+    with pytest.raises(
+        ksl.MotionError, match="column 'time' is not in .*motion.parquet, but 'timestamp' is; a map says what a column is.*: 'timestamp' = 'time'"
+    ):
         read_motion(leg, tmp_path / "motion.parquet", map={"time": "timestamp", "hip": "s[0]", "slide": "s[2]"})
 
 

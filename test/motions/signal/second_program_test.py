@@ -92,10 +92,22 @@ def noise_by_hand(t, x, step):
             weights = []
             for m in range(block + 10 - order):
                 times = t[part][m : m + order + 1]
-                w = np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)]) if np.ptp(np.diff(t[part])) < 1e-9 else np.array([1 / np.prod(times[k] - np.delete(times, k)) for k in range(order + 1)])
+                w = (
+                    np.array([(-1.0) ** k * comb(order, k) for k in range(order + 1)])
+                    if np.ptp(np.diff(t[part])) < 1e-9
+                    else np.array([1 / np.prod(times[k] - np.delete(times, k)) for k in range(order + 1)])
+                )
                 weights.append(w / np.linalg.norm(w) @ x[part][m : m + order + 1])
             y[order] = np.abs(weights)
-        found.append((np.median(y[8]) / 0.6745, np.median(y[10]) / 0.6745, np.sqrt(np.mean(y[10] ** 2)), np.ptp(x[part]) > 0, 20 * np.finfo(float).eps * np.abs(x[part]).max()))
+        found.append(
+            (
+                np.median(y[8]) / 0.6745,
+                np.median(y[10]) / 0.6745,
+                np.sqrt(np.mean(y[10] ** 2)),
+                np.ptp(x[part]) > 0,
+                20 * np.finfo(float).eps * np.abs(x[part]).max(),
+            )
+        )
     flat = [high for low, high, _, moves, rounding in found if high > 0.8 * low and high > rounding and moves]
     moving = sorted(spread for *_, spread, moves, _ in found if moves)
     deviation = np.median(flat) if moving and len(moving) <= 4 * len(flat) else 0.0
@@ -111,7 +123,9 @@ def test_white_noise(seed):
     for _ in range(12):
         n = int(rng.choice([20, 25, 26, 30, 90, 200, 500]))
         t = np.cumsum(0.01 + rng.choice([0.0, 0.003]) * rng.uniform(-1, 1, n))
-        x = np.sin(10.0 ** rng.uniform(-1, 2.3) * t) * rng.choice([0.0, 1.0, 1.0]) + 10.0 ** rng.uniform(-8, -2) * rng.normal(size=n) * (np.arange(n) >= rng.choice([0, n // 2, 4 * n // 5]))
+        x = np.sin(10.0 ** rng.uniform(-1, 2.3) * t) * rng.choice([0.0, 1.0, 1.0]) + 10.0 ** rng.uniform(-8, -2) * rng.normal(size=n) * (
+            np.arange(n) >= rng.choice([0, n // 2, 4 * n // 5])
+        )
         step = float(rng.choice([0.0, 10.0 ** rng.uniform(-6, -1)]))
         x = np.round(x / step) * step if step else x
         if rng.random() < 0.3:

@@ -60,7 +60,10 @@ def test_the_joint_that_is_farthest_beyond_its_own_limits_is_named(robot, kind, 
     """And not the one that goes farthest."""
     part = '<link name="{}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     ends = list(zip("ab", sizes, strict=True))[::order]
-    joints = [f'<joint name="{n}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/><limit lower="{-x}" upper="{x}" effort="1" velocity="1"/></joint>' for k, (n, x) in enumerate(ends)]
+    joints = [
+        f'<joint name="{n}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/><limit lower="{-x}" upper="{x}" effort="1" velocity="1"/></joint>'
+        for k, (n, x) in enumerate(ends)
+    ]
     m = robot(f'<robot name="r">{"".join(part.format(f"l{k}") for k in range(3))}{"".join(joints)}</robot>')
     q = np.array([[dict(zip("ab", reach, strict=True))[name] for name in m.joint_names]])
     (said,) = suspicions_of_pose(m, q[0])

@@ -58,6 +58,8 @@ def absent(columns: ColumnMap, name: str, names: list[str], head: str) -> Motion
     """What to say of a column that the map names and the file doesn't have."""
     near, rule = close_names(name, names, 1), columns.rules.get(name)
     if rule is not None and rule.to in names:
-        return MotionError(f"{columns.file}: column {name!r} is not in {head}, but {rule.to!r} is; a map says what a column is, not the other way round: {rule.to!r} = {name!r}")
+        return MotionError(
+            f"{columns.file}: column {name!r} is not in {head}, but {rule.to!r} is; a map says what a column is, not the other way round: {rule.to!r} = {name!r}"
+        )
     hint = f"did you mean {near[0]!r}?" if near else f"its columns are {listed(names)}"
     return MotionError(f"{columns.file}: column {name!r} is not in {head}; {hint}")

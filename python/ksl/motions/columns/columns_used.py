@@ -149,7 +149,9 @@ def by_columns(table: Recorded, model: Mechanism, known: Collection[str], column
 
     def meant(name: str) -> str:
         if table.aliases.get(name) == "":
-            raise MotionError(f"{columns.file}: column {name!r} of {table.file} holds several joints, whose names change from row to row; give the names of the joints instead")
+            raise MotionError(
+                f"{columns.file}: column {name!r} of {table.file} holds several joints, whose names change from row to row; give the names of the joints instead"
+            )
         bare = name.strip().lstrip("%#").strip()  # readers take names without the mark of a comment, and without what guards them in spreadsheets
         return next((n for n in (name, table.aliases.get(name, name), bare, text_of_cell(bare)) if n in names or n in table.groups), name)
 
@@ -164,7 +166,9 @@ def by_columns(table: Recorded, model: Mechanism, known: Collection[str], column
         joints = model.joints[: len(model.joint_names)]
         wanted = [c for joint in joints for c in columns_of(joint)[STATES.index(rule.to)]]
         if len(wanted) != len(table.groups[source]):
-            raise MotionError(f"{columns.file}: {name!r} is to be {rule.to!r}, and has {len(table.groups[source])} columns, but {model.name} has {len(wanted)}: {listed(wanted)}")
+            raise MotionError(
+                f"{columns.file}: {name!r} is to be {rule.to!r}, and has {len(table.groups[source])} columns, but {model.name} has {len(wanted)}: {listed(wanted)}"
+            )
         rules |= {element: replace(rule, to=c) for element, c in zip(table.groups[source], wanted)}
     ignored = [element for name in map(meant, columns.ignored) for element in ([name] if name in names else table.groups.get(name, [name]))]
     return replace(columns, rules=rules, ignored=tuple(ignored))
@@ -217,7 +221,9 @@ def _check_units(table: Recorded, known: Mapping[str, Quantity], choice: Choice,
         alike = [other for other in units if known[other].quantity == known[to].quantity and known[other].order == known[to].order]
         without = [choice.used[other].source for other in alike if not units[other] and rules[choice.used[other].source].scale == 1]
         if unit and without and choice.used[to].factor != 1 and known[to].quantity != "plain":
-            raise MotionError(f"{table.head}: column {choice.used[to].source!r} is in {bare(unit)}, and {without[0]!r} has no unit; give each column its own, {without[0]} [{bare(unit)}] say")
+            raise MotionError(
+                f"{table.head}: column {choice.used[to].source!r} is in {bare(unit)}, and {without[0]!r} has no unit; give each column its own, {without[0]} [{bare(unit)}] say"
+            )
 
 
 @dataclass

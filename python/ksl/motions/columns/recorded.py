@@ -114,4 +114,6 @@ def check_finite(table: Recorded, columns: Mapping[str, Array], rows: NDArray[np
         bad = np.flatnonzero(np.isinf(x) if missing else ~np.isfinite(x))
         if len(bad):
             what = "is not a number or missing" if np.isnan(x[bad[0]]) else "is infinite"
-            raise MotionError(f"{table.place(int(bad[0] if rows is None else rows[bad[0]]))}: column {name!r} {what}; every sample needs a finite number in every column")
+            raise MotionError(
+                f"{table.place(int(bad[0] if rows is None else rows[bad[0]]))}: column {name!r} {what}; every sample needs a finite number in every column"
+            )

@@ -104,7 +104,10 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
             scale = size
-            return (time - first) * scale, [*not_of_kind(notes, Kind.TIME_UNIT), f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
+            return (time - first) * scale, [
+                *not_of_kind(notes, Kind.TIME_UNIT),
+                f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC",
+            ]
     return time * scale, notes
 
 

@@ -60,7 +60,9 @@ def check_database(file: str, path: Path) -> None:
 def check_yaml(bag: str, file: str, size: int) -> None:
     """Raises MotionError for more bytes of YAML in a file of a bag than are read."""
     if size > limits.YAML_BYTES:
-        raise MotionError(f"{bag}: {file} holds {size:,} bytes about topics and files; at most {limits.YAML_BYTES:,} are read: give one of the bag's recordings, or convert it")
+        raise MotionError(
+            f"{bag}: {file} holds {size:,} bytes about topics and files; at most {limits.YAML_BYTES:,} are read: give one of the bag's recordings, or convert it"
+        )
 
 
 def _strange(file: str, what: str) -> MotionError:

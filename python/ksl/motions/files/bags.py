@@ -140,7 +140,9 @@ def _what_is_wrong(file: str, format: str, text: str) -> str:
 
 def _takes_too_much(file: str, format: str) -> MotionError:
     """What to say where memory runs out: the libraries ask for as much as a length in a damaged file says."""
-    return MotionError(f"{file}: is {'an' if format == 'MCAP file' else 'a'} {format}, but reading it takes more memory than there is: it is damaged, or too large; copy it again, or give a part of it")
+    return MotionError(
+        f"{file}: is {'an' if format == 'MCAP file' else 'a'} {format}, but reading it takes more memory than there is: it is damaged, or too large; copy it again, or give a part of it"
+    )
 
 
 def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -> JointStateTable:

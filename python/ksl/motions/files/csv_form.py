@@ -166,7 +166,9 @@ def _check_above_names(file: str, lines: list[_Line]) -> None:
         rows = [_split(line.text, separator) for line in lines]
         for line, texts, numbers in zip(lines[1:], rows[1:], rows[2:]):
             if len(texts) == len(numbers) > max(len(rows[0]), 1) and all(map(is_number, numbers)) and not any(map(is_number, texts)):
-                raise MotionError(f"{file}:{lines[0].number}: the names of columns seem to be in line {line.number}; remove the lines above it, or begin them with #")
+                raise MotionError(
+                    f"{file}:{lines[0].number}: the names of columns seem to be in line {line.number}; remove the lines above it, or begin them with #"
+                )
 
 
 def _header_in_comment(comments: Iterable[_Line], before: int, columns: int, separator: str) -> tuple[list[str], int] | None:

@@ -23,7 +23,19 @@ MATRIX, COMPRESSED = 14, 15
 """Types of elements."""
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
-CLASSES = ["", "cell", "struct", "object", "char", "sparse", "double", "single", *(f"{s}int{n}" for n in (8, 16, 32, 64) for s in ("", "u")), "function", "opaque"]
+CLASSES = [
+    "",
+    "cell",
+    "struct",
+    "object",
+    "char",
+    "sparse",
+    "double",
+    "single",
+    *(f"{s}int{n}" for n in (8, 16, 32, 64) for s in ("", "u")),
+    "function",
+    "opaque",
+]
 """MATLAB's classes of arrays, by their numbers.  Opaque ones are objects: string, datetime, timetable."""
 COMPLEX, LOGICAL = 8, 2
 """Bits of an array's flags."""
@@ -72,7 +84,9 @@ def variables(file: str, data: bytes) -> list[Variable]:
             unpacked = _unpacked(inside, left)
             left -= len(unpacked)
             if left < 0:
-                raise MotionError(f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; save fewer samples, or fewer variables")
+                raise MotionError(
+                    f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; save fewer samples, or fewer variables"
+                )
             kind, inside = next(_elements(memoryview(unpacked), order))
         made = _variable(kind, inside, order)
         if made.name:  # what belongs to objects has none

@@ -34,7 +34,9 @@ def mat_table(file: str, source: BinaryIO) -> NpzTable:
         raise MotionError(f"{file}: is a MATLAB file, but truncated or damaged; save it again, or write it by writetable(…, 'motion.csv')") from None
     alone = [each.name for each in found if each.kind in NUMBERS and math.prod(each.shape) == 1]  # holds for the whole motion, the rate say
     left_out = {*lists, *alone}
-    others = {each.name: "" if each.name in arrays else f"a {each.kind}" + " of complex numbers" * each.is_complex for each in found if each.name not in left_out}
+    others = {
+        each.name: "" if each.name in arrays else f"a {each.kind}" + " of complex numbers" * each.is_complex for each in found if each.name not in left_out
+    }
     table = table_of_arrays(file, "MATLAB file", others, arrays, lists, squares_are_clear=False)
     table.kinds = {each.name: "complex numbers" for each in found if each.is_complex}
     if alone:

@@ -180,7 +180,9 @@ class ParquetTable(Recorded):
         leaves = [i for i, c in enumerate(columns) if c.path in wanted or (c.path != c.name and not wanted.isdisjoint(_outer(c.path)))]
         check_numbers(self.file, sum(max(metadata.num_rows, sum(group.columns[i].values for group in self._groups)) for i in leaves))
         if sum(max(group.columns[i].unpacked, 0) for group in self._groups for i in leaves) > limits.MOTION_BYTES:
-            raise MotionError(f"{self.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; thin it out, or give a part of it")
+            raise MotionError(
+                f"{self.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; thin it out, or give a part of it"
+            )
 
     def _texts(self, name: str) -> pa.ChunkedArray:
         """A column of times that are text.

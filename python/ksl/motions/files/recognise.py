@@ -25,11 +25,7 @@ from ksl.motions.files import rostopic
 from ksl.motions.files.csv_form import no_table
 from ksl.motions.files.csv_table import CsvTable
 
-_PACKED: dict[bytes, tuple[str, Callable[[BytesIO], Any]]] = {
-    b"\x1f\x8b": ("gzip", gzip.open),
-    b"BZh": ("bzip2", bz2.open),
-    b"\xfd7zXZ\x00": ("xz", lzma.open),
-}
+_PACKED: dict[bytes, tuple[str, Callable[[BytesIO], Any]]] = {b"\x1f\x8b": ("gzip", gzip.open), b"BZh": ("bzip2", bz2.open), b"\xfd7zXZ\x00": ("xz", lzma.open)}
 _OTHERS = {
     b"\x89HDF": "an HDF5 file (or one of MATLAB's -v7.3); save the motion as CSV, Parquet or NPZ, or in MATLAB by save(…, '-v7')",
     b"MATLAB 7.3": "a MATLAB file of version 7.3, which is HDF5; save it by save(…, '-v7')",
@@ -88,7 +84,9 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
     except (OSError, UnicodeError) as e:
         raise no_table(f"{file}: can't be read ({what_os_says(e)})") from None
     if topic is not None and not table.has_parts:
-        raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is {table.format}; leave it out")
+        raise MotionError(
+            f"{content.file}: --topic (topic=) chooses among the topics of a bag or the sheets of a workbook, but this is {table.format}; leave it out"
+        )
     return table
 
 
@@ -191,7 +189,13 @@ def _is_matlab_4(head: bytes) -> bool:
     """Whether a file begins as MATLAB's files of version 4: five whole numbers (type, rows, columns, imaginary part, length of the name), and a name."""
     for order in "<>":
         kind, rows, columns, imaginary, length = struct.unpack(f"{order}5i", head[:20]) if len(head) > 20 else (-1, 0, 0, 0, 0)
-        if 0 <= kind < 5000 and min(rows, columns) >= 0 and imaginary in (0, 1) and 1 < length <= len(head) - 20 and head[20 : 20 + length].find(b"\0") == length - 1:
+        if (
+            0 <= kind < 5000
+            and min(rows, columns) >= 0
+            and imaginary in (0, 1)
+            and 1 < length <= len(head) - 20
+            and head[20 : 20 + length].find(b"\0") == length - 1
+        ):
             return True
     return False
 

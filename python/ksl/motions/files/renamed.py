@@ -16,9 +16,7 @@ from ksl.motions.columns.recorded import Recorded
 class RenamedTable(Recorded):
     """Positions and velocities by the names of a robot's joints; numbers are read from the table of the file."""
 
-    def __init__(
-        self, table: Recorded, maker: str, columns: Mapping[str, str], units: Mapping[str, str], notes: list[str], from_first: bool = False
-    ) -> None:
+    def __init__(self, table: Recorded, maker: str, columns: Mapping[str, str], units: Mapping[str, str], notes: list[str], from_first: bool = False) -> None:
         """columns: of the file, by those of the motion.  from_first: times are those of a clock that runs on, and are counted from the first sample."""
         self._table, self._columns, self._from_first = table, columns, from_first
         super().__init__(table.file, f"{table.format} of {maker}", list(columns), {}, units, [*table.notes, *notes], list(table.doubts))

@@ -69,14 +69,18 @@ class WorkbookTable(Recorded):
             column = self.cells[name]
             if column.text is not None:
                 mend = AS_TEXT if _NUMBER_AS_TEXT.fullmatch(column.text) else ""
-                raise MotionError(f"{self.file}: sheet {self.sheet!r}, cell {column.letter}{column.text_row}: column {name!r} holds {column.text[:40]!r}; expected a number{mend}")
+                raise MotionError(
+                    f"{self.file}: sheet {self.sheet!r}, cell {column.letter}{column.text_row}: column {name!r} holds {column.text[:40]!r}; expected a number{mend}"
+                )
             if column.is_time and name != time:
                 raise MotionError(f"{self.file}: sheet {self.sheet!r}: column {name!r} holds dates or clock times; expected numbers")
         found = super().read(names, time)
         if time is not None and self.cells[time].is_time:
             self.times_are_seconds = True
             found[time], midnight = through_midnight(found[time]) if self.cells[time].is_clock else (found[time], "")
-            self.notes.append(f"times in column {time!r} are dates or clock times, converted to s since the first{midnight}; Excel keeps them to the millisecond")
+            self.notes.append(
+                f"times in column {time!r} are dates or clock times, converted to s since the first{midnight}; Excel keeps them to the millisecond"
+            )
             found[time] = found[time] - found[time][:1]
         return found
 
@@ -128,7 +132,9 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
     except ModuleNotFoundError as e:
         if e.name != "openpyxl":
             raise
-        raise MotionError(f"{file}: is an Excel workbook, which is read by the package openpyxl; install it: pip install 'ksl[xlsx]'; or save the sheet as CSV") from None
+        raise MotionError(
+            f"{file}: is an Excel workbook, which is read by the package openpyxl; install it: pip install 'ksl[xlsx]'; or save the sheet as CSV"
+        ) from None
     with source, heard("openpyxl", harmless=OF_LOOKS) as said:
         _check_size(file, source)
         try:
@@ -143,7 +149,9 @@ def workbook_table(file: str, source: BinaryIO, sheet: str | None) -> WorkbookTa
         except Exception as e:  # openpyxl lets errors of XML, of zip archives and of Python's own types through
             if failed := failed_read(e):
                 raise failed from None
-            raise MotionError(f"{file}: is an Excel workbook, but truncated or damaged ({type(e).__name__}); open and save it again, or save the sheet as CSV") from None
+            raise MotionError(
+                f"{file}: is an Excel workbook, but truncated or damaged ({type(e).__name__}); open and save it again, or save the sheet as CSV"
+            ) from None
     table.notes += said
     return table
 
@@ -155,7 +163,11 @@ def _notes_of_hidden(source: BinaryIO, sheet: Any, table: WorkbookTable) -> list
     rows = [number for number in rows if table.first_row <= number < table.first_row + len(next(iter(table.columns.values()), ()))]
     named = {column.letter: name for name, column in table.cells.items()}
     found = [f"{named[letter]!r} (column {letter})" for letter in columns if letter in named]
-    notes = [f"rows of sheet {table.sheet!r} that are hidden, by a filter say, are used like the others: {listed(_ranges(rows))}, {len(rows):,} in all"] if rows else []
+    notes = (
+        [f"rows of sheet {table.sheet!r} that are hidden, by a filter say, are used like the others: {listed(_ranges(rows))}, {len(rows):,} in all"]
+        if rows
+        else []
+    )
     return notes + ([f"columns of sheet {table.sheet!r} that are hidden are used like the others: {listed(found)}"] if found else [])
 
 
@@ -198,14 +210,18 @@ def _refuse_formulas(file: str, source: BinaryIO, table: WorkbookTable) -> None:
     for row in sheet.iter_rows(min_row=table.first_row):
         for cell in row:
             if cell.data_type == "f" and (column := letters(cell.column - 1)) in missing and missing[column][cell.row - table.first_row]:
-                raise MotionError(f"{file}: sheet {table.sheet!r}, cell {column}{cell.row}: holds a formula without its value; open the workbook in a spreadsheet program and save it")
+                raise MotionError(
+                    f"{file}: sheet {table.sheet!r}, cell {column}{cell.row}: holds a formula without its value; open the workbook in a spreadsheet program and save it"
+                )
 
 
 def _check_size(file: str, source: BinaryIO) -> None:
     with zipfile.ZipFile(source) as archive:
         size = sum(each.file_size for each in archive.infolist())
     if size > limits.WORKBOOK_BYTES:
-        raise MotionError(f"{file}: unpacked it has {limits.megabytes(size)}; at most {limits.megabytes(limits.WORKBOOK_BYTES)} of a workbook are read: save the sheet as CSV")
+        raise MotionError(
+            f"{file}: unpacked it has {limits.megabytes(size)}; at most {limits.megabytes(limits.WORKBOOK_BYTES)} of a workbook are read: save the sheet as CSV"
+        )
     source.seek(0)
 
 
@@ -245,7 +261,9 @@ def _rows(file: str, sheet: Any, empty: Iterator[int]) -> Iterator[Row]:
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
         if not cells:
             if next(empty) > limits.EMPTY_ROWS:
-                raise MotionError(f"{file}: sheet {sheet.title!r}, row {number}: more than {limits.EMPTY_ROWS:,} empty rows in the workbook; save the table as CSV")
+                raise MotionError(
+                    f"{file}: sheet {sheet.title!r}, row {number}: more than {limits.EMPTY_ROWS:,} empty rows in the workbook; save the table as CSV"
+                )
             continue
         seen += len(cells)
         if seen > limits.WORKBOOK_CELLS:
@@ -272,7 +290,9 @@ def _table(file: str, sheet: str, rows: Iterator[Row], notes: list[str]) -> Work
             units = {name: bare(unit) for name, unit in zip(names, texts) if unit}
             continue
         if first and row.number != end + 1:
-            raise MotionError(f"{where}, row {row.number}: the table ends in row {end}, and more follows: a second table? {ONE_TABLE}, and no rows between samples empty")
+            raise MotionError(
+                f"{where}, row {row.number}: the table ends in row {end}, and more follows: a second table? {ONE_TABLE}, and no rows between samples empty"
+            )
         first, end = first or row.number, row.number
         _add(where, row, start, columns, notes)
         check_numbers(file, len(columns) * (end - first + 1))
@@ -319,7 +339,9 @@ def _refuse_unit(where: str, row: Row) -> None:
         found = _ENDS_IN_UNIT.search(x) if isinstance(x, str) else None
         unit = unit_of(found[1]) if found else None
         if unit and unit.quantity in ("angle", "length") and unit.factor != 1:
-            raise MotionError(f"{where}, cell {letters(i)}{row.number}: {x[:40]!r} stands above the names of columns and gives a unit; write it into each name, or into a row below them")
+            raise MotionError(
+                f"{where}, cell {letters(i)}{row.number}: {x[:40]!r} stands above the names of columns and gives a unit; write it into each name, or into a row below them"
+            )
 
 
 def _shown(row: Row) -> str:
@@ -340,7 +362,9 @@ def _names(where: str, header: Row, start: int) -> list[str]:
     check_columns(f"{where}, row {header.number}", len(names))
     if None in names:
         gap = letters(start + names.index(None))
-        raise MotionError(f"{where}, row {header.number}: column {gap} has no name, and columns with names stand on both sides of it: two tables? {ONE_TABLE}, or name the column")
+        raise MotionError(
+            f"{where}, row {header.number}: column {gap} has no name, and columns with names stand on both sides of it: two tables? {ONE_TABLE}, or name the column"
+        )
     found = [name or "" for name in names]
     check_names(f"{where}, row {header.number}", found)
     seen: set[str] = set()
@@ -356,7 +380,9 @@ def _add(where: str, row: Row, start: int, columns: dict[str, _Column], notes: l
     for i, x in enumerate(row.cells):
         if x is not None and not start <= i < start + len(columns):
             if not isinstance(x, str):
-                raise MotionError(f"{where}, cell {letters(i)}{row.number}: holds {str(x)[:40]!r} beside the table, where no name is above: two tables? {ONE_TABLE}, or name the column")
+                raise MotionError(
+                    f"{where}, cell {letters(i)}{row.number}: holds {str(x)[:40]!r} beside the table, where no name is above: two tables? {ONE_TABLE}, or name the column"
+                )
             if len(notes) < MOST_NOTES:
                 notes.append(f"left out: {x[:40]!r} in cell {letters(i)}{row.number}, beside the table")
     for i, column in enumerate(columns.values()):

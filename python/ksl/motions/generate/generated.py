@@ -129,9 +129,7 @@ def sample_times(duration: float, rate: float) -> Array:
     return out
 
 
-def whole_motion(
-    model: Mechanism, limits: Limits, time: Array, q: Array, v: Array, a: Array, where: Callable[[int], str] | None = None
-) -> Motion:
+def whole_motion(model: Mechanism, limits: Limits, time: Array, q: Array, v: Array, a: Array, where: Callable[[int], str] | None = None) -> Motion:
     """The motion of all joints, of which those of the limits have positions q, v and a (n, m); the others rest, or follow by loops.
 
     where: a sample in words.  Raises MotionError where they can't follow.
@@ -153,11 +151,15 @@ def beyond_limits(model: Mechanism, motion: Motion) -> list[str]:
             for end, bound, k in (("lower", joint.lower, int(position.argmin())), ("upper", joint.upper, int(position.argmax()))):
                 if bound is not None and (position[k] - bound) * (1 if end == "upper" else -1) > 0:
                     at = f"sample {k + 1} (time {motion.time[k]:.6g})"
-                    lines.append(f"{joint.name} follows to {position[k]:.4g} {joint.unit} at {at}, beyond its {end} limit {bound:.4g} {joint.unit}; narrow the waypoints")
+                    lines.append(
+                        f"{joint.name} follows to {position[k]:.4g} {joint.unit} at {at}, beyond its {end} limit {bound:.4g} {joint.unit}; narrow the waypoints"
+                    )
         k = int(speed.argmax())
         if joint.velocity and speed[k] > joint.velocity:
             at = f"sample {k + 1} (time {motion.time[k]:.6g})"
-            lines.append(f"{joint.name} follows at {speed[k]:.4g} {joint.unit}/s at {at}, beyond its limit {joint.velocity:.4g} {joint.unit}/s; give a longer --duration")
+            lines.append(
+                f"{joint.name} follows at {speed[k]:.4g} {joint.unit}/s at {at}, beyond its limit {joint.velocity:.4g} {joint.unit}/s; give a longer --duration"
+            )
     return lines
 
 
@@ -221,5 +223,9 @@ def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where(room > 0, np.abs(moving) / room, 1.0)
     names = [limits.joints[k].name for k in np.flatnonzero(heavy)]
-    notes = [f"{', '.join(names)}: holding still takes {100 * share:.0f} % of the limit of the effort or more at some positions, which no time mends"] if names else []
+    notes = (
+        [f"{', '.join(names)}: holding still takes {100 * share:.0f} % of the limit of the effort or more at some positions, which no time mends"]
+        if names
+        else []
+    )
     return float(np.sqrt(needed[:, ~heavy].max(initial=1.0))), notes

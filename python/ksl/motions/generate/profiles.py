@@ -235,7 +235,11 @@ def _check_range(path: _Path, duration: float | None) -> None:
         for end, bound, k in (("lower", limits.lower[m], int(q[:, m].argmin())), ("upper", limits.upper[m], int(q[:, m].argmax()))):
             if (q[k, m] - bound) * (1 if end == "upper" else -1) > slack:
                 where = path.where(float(path.instants[k]), duration)
-                whose = f"its {end} limit {bound:.6g} {joint.unit}" if joint.name not in limits.unbounded else f"{bound:.6g} {joint.unit}, the {end} end of the range of joints without limits"
+                whose = (
+                    f"its {end} limit {bound:.6g} {joint.unit}"
+                    if joint.name not in limits.unbounded
+                    else f"{bound:.6g} {joint.unit}, the {end} end of the range of joints without limits"
+                )
                 raise MotionError(f"{where}, {joint.name} goes to {q[k, m]:.6g} {joint.unit}, beyond {whose}; add waypoints, or move them away from the limits")
 
 

@@ -76,7 +76,12 @@ def _check_within(file: str, limits: Limits, positions: Array) -> None:
         if not joint.has_limits:
             continue
         slack = ROUND_OFF * max(1.0, float(limits.half[k]))
-        for what, bound, beyond in (("lower", limits.lower[k], positions[:, k] < limits.lower[k] - slack), ("upper", limits.upper[k], positions[:, k] > limits.upper[k] + slack)):
+        for what, bound, beyond in (
+            ("lower", limits.lower[k], positions[:, k] < limits.lower[k] - slack),
+            ("upper", limits.upper[k], positions[:, k] > limits.upper[k] + slack),
+        ):
             if beyond.any():
                 i = int(np.flatnonzero(beyond)[0])
-                raise MotionError(f"{file}: waypoint {i + 1}: {joint.name} {positions[i, k]:.6g} {joint.unit} is beyond its {what} limit {bound:.6g} {joint.unit}")
+                raise MotionError(
+                    f"{file}: waypoint {i + 1}: {joint.name} {positions[i, k]:.6g} {joint.unit} is beyond its {what} limit {bound:.6g} {joint.unit}"
+                )

@@ -71,7 +71,9 @@ def _columns(model: Mechanism, generated: Generated, joints: tuple[Joint, ...]) 
             first = joint.q_index if k == 0 else joint.v_index
             for i, name in enumerate(columns_of(joint)[k]):
                 if name in columns:
-                    raise MotionError(f"{model.name}: two columns would be called {name!r}, one of them for joint {joint.name!r}; rename that joint in the robot's file")
+                    raise MotionError(
+                        f"{model.name}: two columns would be called {name!r}, one of them for joint {joint.name!r}; rename that joint in the robot's file"
+                    )
                 columns[name] = x[:, first + i]
     return columns
 

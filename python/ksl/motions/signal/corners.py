@@ -266,7 +266,9 @@ def _off_samples(time: Array, x: Array, gaps: Indices, noise: Array) -> list[tup
     difference = np.diff(x[around], 4, axis=1) / np.array([1, -4, 6, -4, 1])  # all are the same where one sample is off
     size = difference[:, 2]
     good = np.abs(difference - size[:, None]).max(axis=1) < 0.5 * np.abs(size)
-    good &= (np.abs(difference[:, 1:4] - size[:, None]).max(axis=1) < 0.1 * np.abs(size)) & (np.abs(size) > 2 * SIGNIFICANT * noise[np.searchsorted(gaps, samples)])
+    good &= (np.abs(difference[:, 1:4] - size[:, None]).max(axis=1) < 0.1 * np.abs(size)) & (
+        np.abs(size) > 2 * SIGNIFICANT * noise[np.searchsorted(gaps, samples)]
+    )
     return [(int(samples[k]), float(size[k])) for k in np.flatnonzero(good)]
 
 

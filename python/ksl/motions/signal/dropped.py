@@ -35,7 +35,9 @@ def doubts_about_positions(joints: tuple[Joint, ...], samples: Samples, of_veloc
     said = []
     for (column, (_, rate, turn)), one in zip(columns.items(), found, strict=True):
         named = [t for _, t, _ in of_velocities[rate].impossible] if rate in of_velocities else []
-        jumps = [(order, t, size) for order, t, size in one.impossible if order <= 0 and not abs(abs(size) - turn) <= 0.01 * turn]  # a turn is no other position
+        jumps = [
+            (order, t, size) for order, t, size in one.impossible if order <= 0 and not abs(abs(size) - turn) <= 0.01 * turn
+        ]  # a turn is no other position
         faults = [(order, t, size) for order, t, size in jumps if all(abs(t - other) > near for other in named)]
         if faults:
             said.append(_sentence(column, rate, faults))

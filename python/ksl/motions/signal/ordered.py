@@ -65,7 +65,9 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
     series = _series(joints, values, len(time))
     for s in series:
         if not len(s.rows):
-            raise MotionError(f"{file}: the positions of {listed(s.joints)} are not numbers in any sample; give them, or say where the joint rests by a map ([constants])")
+            raise MotionError(
+                f"{file}: the positions of {listed(s.joints)} are not numbers in any sample; give them, or say where the joint rests by a map ([constants])"
+            )
     if len(series) == 1 and len(series[0].rows) < len(time):
         notes.append(f"{count(len(time) - len(series[0].rows), 'sample')} of {listed(series[0].joints)} left out, since positions are not numbers")
     unsorted = int((steps < 0).sum())

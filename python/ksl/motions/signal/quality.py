@@ -13,7 +13,16 @@ from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.joint_kinds import columns_of, units_of
 from ksl.mechanism.states import Array
 from ksl.motions.signal.corners import Found, Jumps
-from ksl.motions.signal.noise import SHARE, EffortErrors, effort_by_acceleration, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
+from ksl.motions.signal.noise import (
+    SHARE,
+    EffortErrors,
+    effort_by_acceleration,
+    effort_errors,
+    first_derivative_noise,
+    second_derivative_noise,
+    step_of,
+    white_noise,
+)
 from ksl.motions.signal.smoothing import noise_after, suitable_cutoff
 
 
@@ -111,9 +120,7 @@ def doubts_about_noise(
     return [_sentence(joints, noise, of_acceleration, errors, smooth, proposed)]
 
 
-def _sentence(
-    joints: tuple[Joint, ...], noise: Noise, of_acceleration: Array, errors: EffortErrors, smooth: float | None, proposed: float | None
-) -> str:
+def _sentence(joints: tuple[Joint, ...], noise: Noise, of_acceleration: Array, errors: EffortErrors, smooth: float | None, proposed: float | None) -> str:
     worst = int(np.argmax(errors.share))
     cause = int(errors.cause[worst])
     joint, moved = _joint_of(joints, cause), _joint_of(joints, worst)
@@ -142,9 +149,7 @@ def _unit(joint: Joint, coordinate: int) -> str:
     return units_of(joint)[1][coordinate - joint.v_index]
 
 
-def sentences_about_jumps(
-    joints: tuple[Joint, ...], found: Mapping[str, Found], given: Mapping[str, Found], time: Array
-) -> tuple[list[str], Array, list[str]]:
+def sentences_about_jumps(joints: tuple[Joint, ...], found: Mapping[str, Found], given: Mapping[str, Found], time: Array) -> tuple[list[str], Array, list[str]]:
     """A note on where splines are split; the times of all jumps, increasing; and doubts about jumps that can't be.
 
     found, given: by column, of what was differentiated, and of velocities whose accelerations are given.

@@ -19,8 +19,7 @@ def continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Arra
     bad = np.flatnonzero(np.abs(length - 1) > QUATERNION_TOLERANCE)
     if len(bad):
         raise MotionError(
-            f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; "
-            f"expected a unit quaternion in the columns {joint.name}.qx … .qw"
+            f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; expected a unit quaternion in the columns {joint.name}.qx … .qw"
         )
     unit = quaternion / length[:, None]
     turn = np.where(np.sum(unit[1:] * unit[:-1], axis=1) < 0, -1.0, 1.0)

@@ -35,7 +35,7 @@ TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: 
 def suspicions(model: Mechanism, time: Array, q: Array, v: Array) -> list[str]:
     """Sentences that name a unit that can't be and the option that mends it; q (n, nq), v (n, nv)."""
     joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
-    mend = "Then give their unit in a map: unit = \"mm\" (--map)"
+    mend = 'Then give their unit in a map: unit = "mm" (--map)'
     found = [_about_degrees(joints, q, "Then add --degrees"), _about_millimetres(model, joints, q, mend), _about_time(joints, time, v)]
     return [sentence for sentence in found if sentence is not None]
 
@@ -72,7 +72,13 @@ def _about_millimetres(model: Mechanism, joints: list[Joint], q: Array, mend: st
         return None
     joint = max((j for j in joints if j.name in far), key=lambda j: reach[j.name] / most[j.name])
     bounds = _bounds(joint)
-    limits = f"its limits are {bounds[0]:.4g} and {bounds[1]:.4g} m" if bounds else f"the robot's extent is {extent(model):.3g} m" if isinstance(model, Calls) else ""
+    limits = (
+        f"its limits are {bounds[0]:.4g} and {bounds[1]:.4g} m"
+        if bounds
+        else f"the robot's extent is {extent(model):.3g} m"
+        if isinstance(model, Calls)
+        else ""
+    )
     return f"{joint.name} reaches {reach[joint.name]:.4g} m, and {limits}: are these millimetres? {mend}"
 
 
@@ -105,7 +111,6 @@ def _about_time(joints: list[Joint], time: Array, v: Array) -> str | None:
                 )
     if share > 100 and time[-1] - time[0] < 0.1 and step < 1e-4:
         return (
-            f"all is over in {time[-1] - time[0]:.3g} s, and {name} reaches {share:.3g} times {limit}: "
-            "check the unit of the times, which are taken as seconds"
+            f"all is over in {time[-1] - time[0]:.3g} s, and {name} reaches {share:.3g} times {limit}: check the unit of the times, which are taken as seconds"
         )
     return None

@@ -67,7 +67,9 @@ def require_in_tree(connections: list[Connection], loops: list[str]) -> None:
         if "mimic" in c.numbers:
             for name in (c.name, c.numbers["mimic"][0]):
                 if name in loops:
-                    raise DescriptionError(f"joint {c.name} follows joint {c.numbers['mimic'][0]}, but {name} closes a loop, and has no position; exclude another joint from the articulation")
+                    raise DescriptionError(
+                        f"joint {c.name} follows joint {c.numbers['mimic'][0]}, but {name} closes a loop, and has no position; exclude another joint from the articulation"
+                    )
 
 
 def _of_prim(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection], prim: Any) -> list[_Coupling]:
@@ -89,7 +91,9 @@ def _of_prim(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]
             continue
         targets = _named(stage, relation)
         if name in ("physics:body0", "physics:body1") and targets:
-            raise DescriptionError(f"prim {path}: connects bodies ({name} is {targets[0]}) as a {type_name or 'prim without a type'}, which KSL has no kind for; give a joint of UsdPhysics, or disable it")
+            raise DescriptionError(
+                f"prim {path}: connects bodies ({name} is {targets[0]}) as a {type_name or 'prim without a type'}, which KSL has no kind for; give a joint of UsdPhysics, or disable it"
+            )
         if name == "prototypes" and any(f"{body}/".startswith(f"{target}/") for target in relation.GetTargets() for body in stage.bodies):
             raise DescriptionError(f"prim {path}: a {type_name} makes copies of rigid bodies, which KSL can't read; write each as a prim of its own")
         mimic = _mimic(stage, found, prim, name, targets) if of_joint else None
@@ -173,27 +177,35 @@ def _of_gear(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]
             raise DescriptionError(f"{who}: {relation} and physics:body{k} name no joint that is enabled and a body of it; give both, or remove it")
         joint, body = found[named[relation][0]], list(bodies).index(named[f"physics:body{k}"][0])
         if body not in (joint.first, joint.second) or joint.kind not in (("prismatic",) if relation.endswith("prismatic") else ("revolute", "continuous")):
-            raise DescriptionError(f"{who}: {relation} is joint {joint.name}, which is {'a ' + joint.kind + ' joint' if body in (joint.first, joint.second) else f'no joint of physics:body{k}'}; correct it")
+            raise DescriptionError(
+                f"{who}: {relation} is joint {joint.name}, which is {'a ' + joint.kind + ' joint' if body in (joint.first, joint.second) else f'no joint of physics:body{k}'}; correct it"
+            )
         turn, place = prim.GetAttribute(f"physics:localRot{k}").Get(), prim.GetAttribute(f"physics:localPos{k}").Get()
         own = bodies[stage.owner[named[f"physics:body{k}"][0]]].pose
         axis = own[:3, :3] @ rotation(turn)[:, 0]
         at = _joint_axes(list(bodies.values()), joint, body) @ (np.zeros(3) if joint.axis is None else joint.axis)
         if abs(float(axis @ at)) < 1 - PARALLEL:
-            raise DescriptionError(f"{who}: the x axis of its frame on physics:body{k} isn't that of joint {joint.name}; turn physics:localRot{k} so that it is")
+            raise DescriptionError(
+                f"{who}: the x axis of its frame on physics:body{k} isn't that of joint {joint.name}; turn physics:localRot{k} so that it is"
+            )
         # the angle of the body against the other one, about the axis of the gear
         joints.append((named[relation][0], math.copysign(1.0, float(axis @ at)) * (1.0 if body == joint.second else -1.0)))
         axes.append(axis)
         places.append(stage.point(stage.bodies[named[f"physics:body{k}"][0]], place or (0, 0, 0)))
         others.append(joint.first if body == joint.second else joint.second)
     if others[0] != others[1]:
-        raise DescriptionError(f"{who}: its joints {' and '.join(found[j].name for j, _ in joints)} are on different bodies, on which the ratio depends; give both on one body")
+        raise DescriptionError(
+            f"{who}: its joints {' and '.join(found[j].name for j, _ in joints)} are on different bodies, on which the ratio depends; give both on one body"
+        )
     (leader, s0), (follower, s1) = joints
     if type_name == "PhysxPhysicsGearJoint":
         return _Coupling(follower, leader, -ratio * s0 / s1, 0.0, who)
     rim = np.cross(axes[0], places[1] - places[0])
     along = float(rim @ axes[1])
     if abs(along) <= ACROSS * float(np.linalg.norm(places[1] - places[0])) or not along:
-        raise DescriptionError(f"{who}: its rack stands where the pinion's rim doesn't move along it, so that the sign of its ratio is open; move its frames, physics:localPos0 and physics:localPos1")
+        raise DescriptionError(
+            f"{who}: its rack stands where the pinion's rim doesn't move along it, so that the sign of its ratio is open; move its frames, physics:localPos0 and physics:localPos1"
+        )
     turn_for_length = ratio * math.radians(1.0) / stage.length * math.copysign(1.0, along)
     return _Coupling(follower, leader, judged(s0 / (s1 * turn_for_length), f"{who}: its ratio", RATIO), 0.0, who)
 

@@ -122,7 +122,9 @@ def _kind_of_six(stage: Stage, prim: Any, name: str) -> tuple[str, str]:
     along_one = len(turns) == len(slides) == 1 and turns[0][-1] == slides[0][-1]
     kind = known.get((len(turns), len(slides)), "cylindrical" if along_one else "")
     if not kind:
-        raise DescriptionError(f"joint {name}: is free in {', '.join(free)}, which no kind of joint is; lock some of them, or give two joints with a body between")
+        raise DescriptionError(
+            f"joint {name}: is free in {', '.join(free)}, which no kind of joint is; lock some of them, or give two joints with a body between"
+        )
     limited = [f for f in free if any(x is not None and math.isfinite(x) for x in _bounds(prim, f))]
     if limited and kind not in ("revolute", "prismatic"):
         stage.unused.append(f"limits of joint {name} in {', '.join(limited)}: those of revolute and prismatic joints are read")
@@ -165,7 +167,9 @@ def _require_none(relation: Any, name: str) -> None:
     """No target means the world, where the file gives none.  One that USD drops, since it leads out of what a reference takes, means a body that is missing."""
     given = [path for spec in relation.GetPropertyStack() for path in spec.targetPathList.GetAddedOrExplicitItems()] if relation.HasAuthoredTargets() else []
     if given:
-        raise DescriptionError(f"joint {name}: {relation.GetName()} is {given[0]}, which USD can't follow from there; give the file that has that prim, or correct the path")
+        raise DescriptionError(
+            f"joint {name}: {relation.GetName()} is {given[0]}, which USD can't follow from there; give the file that has that prim, or correct the path"
+        )
 
 
 def _numbers(stage: Stage, prim: Any, name: str, kind: str, freedom: str) -> dict[str, Any]:

@@ -79,7 +79,9 @@ def _require_whole(stage: Any) -> None:
     if errors:
         more = f" ({len(errors)} in all)" if len(errors) > 1 else ""
         said = _one_line(str(errors[0]), 500).rstrip(".")
-        raise DescriptionError(f"a part of the stage is missing: {said}{more}; give that file or prim, or remove what names it: without it the machine may be another one")
+        raise DescriptionError(
+            f"a part of the stage is missing: {said}{more}; give that file or prim, or remove what names it: without it the machine may be another one"
+        )
 
 
 @dataclass
@@ -112,7 +114,9 @@ def _model(file: str, read: _Machine, options: ReadOptions) -> Model:
             core_of_builder(builder).set_drives(drives, [])
     _say_gaps(connections, bodies, stage.said)
     if made.turned:
-        stage.said.append(f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)")
+        stage.said.append(
+            f"joint {listed(made.turned)}: body1 carries body0; the axis points the other way, so that the position is that of the file (the opposite, of spherical and translation joints)"
+        )
     core_of_builder(builder).read_from(file, stage.unused, stage.said)
     core = core_of_builder(builder).build(False, *options.of_builder())
     return Model(core, inputs=_inputs(file, stage.stage), payloads=options.carried)
@@ -135,7 +139,9 @@ def _read(opened: object, independent: bool, trap: _Trap) -> _Machine:
         list_unused(stage)
         gravity = [float(x) for x in gravity_of(stage)]
         lines = trap.lines()
-        stage.said += [f"USD says: {line}" for line in lines[:MOST_SAID]] + ([f"USD says {len(lines) - MOST_SAID} lines more"] if len(lines) > MOST_SAID else [])
+        stage.said += [f"USD says: {line}" for line in lines[:MOST_SAID]] + (
+            [f"USD says {len(lines) - MOST_SAID} lines more"] if len(lines) > MOST_SAID else []
+        )
         return _Machine(stage, gravity, list(bodies.values()), list(joints.values()), [name for name in driven if name not in followers])
     except (DescriptionError, OutOfBounds, MemoryError):
         raise
@@ -168,7 +174,9 @@ def _say_gaps(connections: list[Connection], bodies: list[Body], said: list[str]
     for c in connections:
         apart, turned = gap(c, bodies)
         if apart > APART or turned > TURNED:
-            said.append(f"joint {c.name}: its bodies stand where it doesn't let them: its frames are {apart:.3g} m and {turned:.3g} rad apart; those of the joint count, not the poses of the bodies")
+            said.append(
+                f"joint {c.name}: its bodies stand where it doesn't let them: its frames are {apart:.3g} m and {turned:.3g} rad apart; those of the joint count, not the poses of the bodies"
+            )
 
 
 def _inputs(file: str, stage: object) -> tuple[InputFile, ...]:
@@ -178,6 +186,12 @@ def _inputs(file: str, stage: object) -> tuple[InputFile, ...]:
     found = []
     for role, path in [("robot", file), *(("included", path) for path in others if os.path.isfile(path))]:
         with open(path, "rb") as source:
-            found.append(InputFile(role, path, hashlib.file_digest(source, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else hashlib.sha256(source.read()).hexdigest()))
+            found.append(
+                InputFile(
+                    role,
+                    path,
+                    hashlib.file_digest(source, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else hashlib.sha256(source.read()).hexdigest(),
+                )
+            )
         note(found[-1], DescriptionError)
     return tuple(found)

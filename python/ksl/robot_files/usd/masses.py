@@ -84,7 +84,9 @@ class MassReader:
         elif weighs and (moments is None) != (axes is None):  # the one that isn't given is that of the colliders
             principal, directions = principal_axes(tensor)
             given, other = ("principalAxes", "moments") if moments is None else ("diagonalInertia", "axes")
-            self.stage.said.append(f"link {body.name}: of inertia, the body has physics:{given} alone; as in USD, the principal {other} are those of its colliders: give both")
+            self.stage.said.append(
+                f"link {body.name}: of inertia, the body has physics:{given} alone; as in USD, the principal {other} are those of its colliders: give both"
+            )
             moments, axes = (principal, axes) if moments is None else (moments, directions)
         if moments is not None:
             R = np.eye(3) if axes is None else axes
@@ -95,7 +97,9 @@ class MassReader:
     def _of_parts(self, body: Body, path: str, own: Given) -> tuple[Lump, bool]:
         """What the colliders of a body weigh together, with the body's own mass where it has one; whether they weigh anything."""
         self.left, self.without_density = [], []
-        lumps = [lump for part in self.stage.parts[path] if (lump := self._part(body, part, own, own if str(part.GetPath()) == path else self.given(part))).mass > 0]
+        lumps = [
+            lump for part in self.stage.parts[path] if (lump := self._part(body, part, own, own if str(part.GetPath()) == path else self.given(part))).mass > 0
+        ]
         if not lumps:
             self._say_open(body, own)
             return Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False
@@ -157,7 +161,9 @@ class MassReader:
         R = np.eye(3) if own.axes is None else own.axes
         apart = float(np.abs((R * own.moments) @ R.T - own.tensor).max())
         if apart > SAME * np.abs(own.tensor).max():
-            self.stage.said.append(f"link {body.name}: newton:inertia and physics:diagonalInertia differ by {apart:.3g} kg m²; the first counts, as in Newton, and other simulators take the second: make them agree")
+            self.stage.said.append(
+                f"link {body.name}: newton:inertia and physics:diagonalInertia differ by {apart:.3g} kg m²; the first counts, as in Newton, and other simulators take the second: make them agree"
+            )
 
     def _place(self, body: Body, prim: Any, local: Any) -> Array:
         """A point of a prim in the frame of its body, m."""
@@ -168,7 +174,9 @@ class MassReader:
         inertia = own.tensor if own is of_body and own.tensor is not None else own.moments
         missing = [what for what, x in (("mass", own.mass), ("centre of mass", own.centroid), ("inertia", inertia)) if x is None]
         if own is not of_body and own.tensor is not None:
-            self.stage.said.append(f"link {body.name}: newton:inertia of {prim.GetPath()} doesn't count: it is one of bodies; give the body's, or physics:diagonalInertia")
+            self.stage.said.append(
+                f"link {body.name}: newton:inertia of {prim.GetPath()} doesn't count: it is one of bodies; give the body's, or physics:diagonalInertia"
+            )
         shell = bool(missing) and is_shell(prim)
         solid = None if shell else solid_of(self.stage, prim) if missing else NO_SOLID
         if solid is None:
@@ -227,7 +235,9 @@ class MassReader:
         """Masses of parts that USD doesn't count: PhysicsMassAPI is of bodies and of colliders, and those that are disabled have none."""
         found = [other for other in self.stage.massive[path] if (given := self.given(self.stage.stage.GetPrimAtPath(other))).mass or given.density]
         if found:
-            self.stage.said.append(f"link {body.name}: the mass of {listed(found, 4)} doesn't count: USD counts those of bodies and of colliders that are enabled; apply PhysicsCollisionAPI to them if it should")
+            self.stage.said.append(
+                f"link {body.name}: the mass of {listed(found, 4)} doesn't count: USD counts those of bodies and of colliders that are enabled; apply PhysicsCollisionAPI to them if it should"
+            )
 
 
 def is_shell(prim: Any) -> bool:

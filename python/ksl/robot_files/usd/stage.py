@@ -162,7 +162,11 @@ def _find(stage: Stage) -> None:
     stage.unused += [f"rigid body {path} (not enabled)" for path in disabled]
     stage.names = {**short_names(list(stage.bodies)), **short_names(list(stage.joints))}
     if not stage.bodies and disabled:
-        raise DescriptionError(f"no rigid body is enabled (physics:rigidBodyEnabled): {disabled[0]} and {len(disabled) - 1} more are not; enable those of the robot" if len(disabled) > 1 else f"its only rigid body, {disabled[0]}, is not enabled; set physics:rigidBodyEnabled")
+        raise DescriptionError(
+            f"no rigid body is enabled (physics:rigidBodyEnabled): {disabled[0]} and {len(disabled) - 1} more are not; enable those of the robot"
+            if len(disabled) > 1
+            else f"its only rigid body, {disabled[0]}, is not enabled; set physics:rigidBodyEnabled"
+        )
 
 
 def applied(prim: Any) -> list[str]:
@@ -204,7 +208,9 @@ def gravity_of(stage: Stage) -> Array:
         raise DescriptionError(f"physics scene {scene.GetPath()}: its gravity is not finite; correct physics:gravityDirection and physics:gravityMagnitude")
     size = float(np.linalg.norm(direction))
     if abs(magnitude - EARTH) < 0.1 and stage.length != 1.0:  # which USD has in units of lengths
-        stage.said.append(f"gravity is {magnitude * stage.length:.3g} m/s², {magnitude:g} in units of {stage.length:g} m: give {EARTH / stage.length:g} if it is the Earth's")
+        stage.said.append(
+            f"gravity is {magnitude * stage.length:.3g} m/s², {magnitude:g} in units of {stage.length:g} m: give {EARTH / stage.length:g} if it is the Earth's"
+        )
     if _weightless(scene.GetPrim()):
         return np.zeros(3)
     return (direction / size if size > 0 else down) * (magnitude * stage.length if magnitude >= 0 else EARTH)

@@ -13,10 +13,7 @@ LIFE = (
     Key("required_life_h", "h", "life that is asked for; otherwise that at the top of the file", "20000"),
     Key("reliability", "%", "of the life: 90, 95, 96, 97, 98 or 99; otherwise that at the top of the file", "90"),
 )
-RATINGS = (
-    Key("C", "N", "basic dynamic load rating", "12000"),
-    Key("C0", "N", "basic static load rating", "9000"),
-)
+RATINGS = (Key("C", "N", "basic dynamic load rating", "12000"), Key("C0", "N", "basic static load rating", "9000"))
 DEEP_GROOVE_KEYS = (Key("f0", "", "factor of the relative axial load; of deep-groove bearings", "13"),)
 ANGLES = tuple(float(a) for a in ANGULAR_CONTACT)
 CONTACT = Key("contact_angle_deg", "°", "20, 25, 30, 35, 40 or 45", "40", default=40.0, one_of=ANGLES)
@@ -39,18 +36,7 @@ BEARING = (
     CONTACT,
     SAFETY,
 )
-ROW = (
-    Key(
-        "position",
-        "m",
-        "where its contact lines meet the joint's axis, from the joint's origin",
-        "0.02",
-        sign="any",
-        needed=True,
-    ),
-    *RATINGS,
-    SAFETY,
-)
+ROW = (Key("position", "m", "where its contact lines meet the joint's axis, from the joint's origin", "0.02", sign="any", needed=True), *RATINGS, SAFETY)
 
 SIDE = Key(
     "on",
@@ -68,31 +54,14 @@ MOTOR = Kind(
     "driven",
     (
         Key("rotor_inertia", "kg m²", "of rotor, brake, encoder and the gear's input", "2.6e-5", sign="not negative"),
-        Key(
-            "gear_ratio",
-            "",
-            "turns of the rotor for each of the joint (rad/m where it slides); otherwise that of the gear on the joint",
-            "100",
-        ),
+        Key("gear_ratio", "", "turns of the rotor for each of the joint (rad/m where it slides); otherwise that of the gear on the joint", "100"),
         Key("gear_efficiency", "", "0 to 1; otherwise that of the gear on the joint, or 1", "0.8", largest=1.0),
         Key("rated_torque", "N m", "continuous (S1) torque, compared with the rms torque", "0.45"),
         Key("peak_torque", "N m", "of motor and drive together", "1.6"),
         Key("max_speed_rpm", "r/min", "of motor and drive", "6000"),
         Key("max_power", "W", "of the drive, positive or negative", "400"),
-        Key(
-            "torque_speed",
-            "r/min, N m",
-            "curve of peak torque over speed",
-            "[[0, 1.6], [3500, 1.6], [6000, 0.5]]",
-            "curve",
-        ),
-        Key(
-            "continuous_torque_speed",
-            "r/min, N m",
-            "curve of continuous torque over speed",
-            "[[0, 0.5], [6000, 0.3]]",
-            "curve",
-        ),
+        Key("torque_speed", "r/min, N m", "curve of peak torque over speed", "[[0, 1.6], [3500, 1.6], [6000, 0.5]]", "curve"),
+        Key("continuous_torque_speed", "r/min, N m", "curve of continuous torque over speed", "[[0, 0.5], [6000, 0.3]]", "curve"),
         Key("regenerated_energy", "J", "that the drive can take up during one pass through all cases", "20"),
         Key("brake_torque", "N m", "static, of the holding brake at the rotor", "1.0"),
     ),
@@ -127,9 +96,7 @@ PLANETARY = Kind(
         Key("emergency_torque", "N m", "T2Not, for emergencies", "120"),
         Key("nominal_input_rpm", "r/min", "n1N, compared with the mean speed", "3000"),
         Key("max_input_rpm", "r/min", "limit of the input speed", "6000"),
-        Key(
-            "torque_exponent", "", "of the mean torque, as the gear's catalogue has it", "3", default=3.0, largest=100.0
-        ),
+        Key("torque_exponent", "", "of the mean torque, as the gear's catalogue has it", "3", default=3.0, largest=100.0),
     ),
 )
 CROSSED_ROLLER = Kind(
@@ -160,24 +127,8 @@ OPPOSED = Kind(
     "two single rows against each other, without preload",
     "turning",
     (
-        Key(
-            "arrangement",
-            "",
-            "back-to-back (O) or face-to-face (X)",
-            '"back-to-back"',
-            "word",
-            choices=("back-to-back", "face-to-face"),
-            needed=True,
-        ),
-        Key(
-            "shaft",
-            "",
-            "which link carries the inner rings: child or parent",
-            '"child"',
-            "word",
-            default="child",
-            choices=("child", "parent"),
-        ),
+        Key("arrangement", "", "back-to-back (O) or face-to-face (X)", '"back-to-back"', "word", choices=("back-to-back", "face-to-face"), needed=True),
+        Key("shaft", "", "which link carries the inner rings: child or parent", '"child"', "word", default="child", choices=("child", "parent")),
         CONTACT,
         Key("a", "", "one of the two", "", "table", keys=ROW, needed=True),
         Key("b", "", "the other one", "", "table", keys=ROW, needed=True),
@@ -200,15 +151,7 @@ FLANGE = Kind(
             "points",
             sign="any",
         ),
-        Key(
-            "at",
-            "m",
-            "centre of the flange, from the joint's origin in its axes",
-            "[0, 0, 0]",
-            "vector",
-            sign="any",
-            default=[0.0, 0.0, 0.0],
-        ),
+        Key("at", "m", "centre of the flange, from the joint's origin in its axes", "[0, 0, 0]", "vector", sign="any", default=[0.0, 0.0, 0.0]),
         SIDE,
         Key(
             "normal",
@@ -244,14 +187,7 @@ FLANGE = Kind(
         Key("load_factor", "", "Φ itself, instead of the three above", "0.1", largest=1.0),
         Key("yield_force", "N", "of one bolt, F_0.2 with the share that tightening leaves", "16000"),
         Key("amplitude_limit", "N", "fatigue: largest force amplitude of one bolt", "800"),
-        Key(
-            "required_clamp",
-            "N",
-            "clamp force that must be left at each bolt, for a seal for instance",
-            "500",
-            sign="not negative",
-            default=0.0,
-        ),
+        Key("required_clamp", "N", "clamp force that must be left at each bolt, for a seal for instance", "500", sign="not negative", default=0.0),
         Key("friction", "", "μ_T in the interface", "0.14"),
         Key("interfaces", "", "q_F, that carry the shear load", "1", default=1.0),
     ),
@@ -271,27 +207,13 @@ FATIGUE = Kind(
             needed=True,
         ),
         Key("unit", "", "of the stress", '"Pa"', "word", default="Pa"),
-        Key(
-            "at",
-            "m",
-            "point of the moments, from the joint's origin in its axes",
-            "[0, 0, 0]",
-            "vector",
-            sign="any",
-            default=[0.0, 0.0, 0.0],
-        ),
+        Key("at", "m", "point of the moments, from the joint's origin in its axes", "[0, 0, 0]", "vector", sign="any", default=[0.0, 0.0, 0.0]),
         SIDE,
         Key("k", "", "slope of the S–N line", "5", largest=100.0),
         Key("knee_amplitude", "the stress's", "S_k", "60e6"),
         Key("knee_cycles", "", "N_k", "2e6"),
         Key(
-            "below_knee",
-            "",
-            "elementary: the same slope; haibach: 2k − 1; original: no damage",
-            '"haibach"',
-            "word",
-            default="elementary",
-            choices=BELOW_KNEES,
+            "below_knee", "", "elementary: the same slope; haibach: 2k − 1; original: no damage", '"haibach"', "word", default="elementary", choices=BELOW_KNEES
         ),
         Key(
             "mean_stress",
@@ -321,15 +243,7 @@ LIMITS = Kind(
     "plain limits of an actuator, a bearing or a section: magnitudes over all cases",
     "any",
     (
-        Key(
-            "at",
-            "m",
-            "point of the moments, from the joint's origin in its axes",
-            "[0, 0, 0]",
-            "vector",
-            sign="any",
-            default=[0.0, 0.0, 0.0],
-        ),
+        Key("at", "m", "point of the moments, from the joint's origin in its axes", "[0, 0, 0]", "vector", sign="any", default=[0.0, 0.0, 0.0]),
         SIDE,
         Key("axial_force", "N", "along the axis (z for fixed joints)", "3000"),
         Key("radial_force", "N", "across the axis", "2000"),

@@ -27,7 +27,7 @@ def choice_from(
     """What is chosen, the components with it, and the loads with its masses.  results: as `ksl.size` was given them.  Raises SizingError."""
     if parts is None or not parts.requests:
         file = parts.file if parts else "components"
-        raise SizingError(f'{file}: nothing is to be chosen from {catalogue.file}; write a table [[choose]] with joint and kind for each choice')
+        raise SizingError(f"{file}: nothing is to be chosen from {catalogue.file}; write a table [[choose]] with joint and kind for each choice")
     requests = tuple(replace(r, joint=table.named(r.joint, r.where)) for r in parts.requests)
     for request in requests:
         check_kind(table, request.kind, request.joint, request.where)
@@ -35,7 +35,10 @@ def choice_from(
     selection = choose(Judge(loads, catalogue, demands_of(parts), gears_of(parts.parts), table.of_sweep))
     parts = replace(parts, parts=(*parts.parts, *selection.parts))
     check_joints(table, parts.parts)
-    notes = [*loads.notes, *(["what is chosen holds in each case of the sweep by itself; the figures are those of all of them, one after the other"] if table.of_sweep else [])]
+    notes = [
+        *loads.notes,
+        *(["what is chosen holds in each case of the sweep by itself; the figures are those of all of them, one after the other"] if table.of_sweep else []),
+    ]
     return replace(selection, said=tuple(notes)), parts, cache(lambda joint: loads.samples(joint, selection.masses))
 
 

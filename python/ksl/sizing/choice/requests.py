@@ -38,8 +38,10 @@ def _request(reader: Reader, k: int, entry: Any) -> Request:
     word = entry.get("kind")
     known = [name for name in KINDS if name not in NOT_CHOSEN]
     if not isinstance(word, str) or word not in known:
-        raise reader.fail(f"choose without kind; known: {', '.join(known)}", *path) if word is None else SizingError(
-            unknown_name(reader.at(*path, "kind"), "kind of component to choose", word, known)
+        raise (
+            reader.fail(f"choose without kind; known: {', '.join(known)}", *path)
+            if word is None
+            else SizingError(unknown_name(reader.at(*path, "kind"), "kind of component to choose", word, known))
         )
     kind = KINDS[word]
     keys = [key for key in kind.keys if key.name not in OWN]

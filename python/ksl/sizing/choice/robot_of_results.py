@@ -32,7 +32,10 @@ def cases_of(results: Any, table: Results) -> list[LoadCase]:
     """
     given = getattr(results, "cases", ())
     if isinstance(given, tuple) and given and all(isinstance(case, LoadCase) for case in given):
-        return [LoadCase(case.model, case.motion, name=case.name, brakes_from=case.brakes_from, static=case.static, known_undetermined=Undetermined()) for case in given]
+        return [
+            LoadCase(case.model, case.motion, name=case.name, brakes_from=case.brakes_from, static=case.static, known_undetermined=Undetermined())
+            for case in given
+        ]
     if table.of_sweep:
         raise SizingError(f"{table.file}: {WHY}, and results of a sweep don't say how each case is mounted; leave out `link`, or write load cases")
     model = _robot(table)

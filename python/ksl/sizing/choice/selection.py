@@ -67,7 +67,7 @@ class Selection:
     def on(self, robot: Model) -> Model:
         """The robot with what was chosen as point masses on its links.  Rotors act on their own drives alone, by the formula of sizing.
 
-            heavier = sizing.selection.on(robot)
+        heavier = sizing.selection.on(robot)
         """
         for c in self.choices:
             robot = robot.with_payload(c.link, c.mass, c.at) if c.link is not None else robot
@@ -78,7 +78,9 @@ class Selection:
         """What the reader should know of the choice."""
         found = []
         if not self.settled:
-            found.append("the choice does not settle: the masses of what is chosen change what is chosen, round in circles; each joint has the heaviest of its circle")
+            found.append(
+                "the choice does not settle: the masses of what is chosen change what is chosen, round in circles; each joint has the heaviest of its circle"
+            )
         over = [f"{c.name} of {c.joint}" for c in self.choices if not c.is_held]
         if over:
             found.append(f"with the loads of this choice these don't hold: {', '.join(over)}")

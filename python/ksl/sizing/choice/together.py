@@ -44,7 +44,11 @@ class Together:
             return f"together, {' + '.join(self.names)} hold with {self.total:g}{unit} instead of {self.joint_by_joint:g}{unit}: joint by joint is not the least here"
         if not self.complete:
             return f"each joint has its own {word}; the first {self.tried} of the combinations with less were tried, and none holds; there are more"
-        return f"no combination with less holds: the choice joint by joint is the {word} together ({self.tried} tried)" if self.tried else f"no combination has less: the choice joint by joint is the {word} together"
+        return (
+            f"no combination with less holds: the choice joint by joint is the {word} together ({self.tried} tried)"
+            if self.tried
+            else f"no combination has less: the choice joint by joint is the {word} together"
+        )
 
 
 def best_together(judge: Judge, choice: Choice | None = None) -> Together | None:
