@@ -7,13 +7,14 @@
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make bench-arm  instructions on an emulated Arm processor, beside Pinocchio's; renews their table in docs/performance.md
 # make embedded  instructions, flash and stack of generated code on emulated microcontrollers; renews their tables in docs/microcontrollers.md
+# make card   on a machine with a graphics card: tests and timings there, in ten minutes and without a network, with the KSL of PYTHON; writes build/card/card.json
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make test-windows  the tests in C, and of the algebra, compiled for Windows, under Wine
 # make compile-macos  the library and the tests in C and C++, compiled and linked for macOS
 # make docs      the reference of the algebra in build/reference, from the headers, and what follows from api/algorithms/
 # make site      the documentation as a site, build/site
 # make ci     what CI runs on each change: make test, and beside it lint, abi and fuzz-short
-# make format    C and C++ as .clang-format says
+# make format    C and C++ as .clang-format says, Python as pyproject.toml does
 # make lint, coverage, mutate, sanitize, fuzz, golden, test-faults, abi, dist   long checks of what docs/trust.md promises; each writes its record
 # make trust     runs the tests that promises name, and writes docs/trust.md from all records
 # Each reuses what is there.  make clean removes all that was made.
@@ -44,7 +45,7 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo full test test-c test-gcc test-clang test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm embedded release docs clean
+.PHONY: demo full test test-c test-gcc test-clang test-python build-gcc build-clang quick test-long bench bench-build bench-plots bench-arm embedded card release docs clean
 .DELETE_ON_ERROR:
 
 # What is installed serves; else KSL is compiled for a first look.
@@ -129,6 +130,10 @@ bench-arm: $(VENV)/.tools
 embedded: $(VENV)/.tested
 	scripts/system_packages.sh embedded
 	$(BIN)/python bench/embedded/measure.py build/embedded
+
+# KSL is there already, from a wheel, and nothing is installed.
+card:
+	$(PYTHON) bench/card.py
 
 bench-build: $(VENV)/.installed
 	scripts/system_packages.sh bench

@@ -24,6 +24,35 @@ def parameters(model: Any) -> list[dict[str, Any]]:
     ]
 
 
+def bodies_of(m: Any) -> list[dict[str, Any]]:
+    """The bodies of a model of KSL; links that fixed joints weld are lumped."""
+    import numpy as np
+
+    poses, bodies = dict(zip(m.link_names, m.frame_poses(m.neutral()))), []
+    moving = [m.joint(name) for name in m.joint_names]
+    carried = {link: name for joint in moving for link in m.subtree_links(joint.name) for name in [joint.name]}  # the last joint that carries it
+    for joint in moving:
+        up = m.support(joint.child)[:-1]
+        base = poses[m.joint(up[-1]).child] if up else np.eye(4)
+        placement = np.linalg.solve(base, poses[joint.child])
+        mass, first, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
+        for link in (m.link(name) for name, of in carried.items() if of == joint.name):
+            D = np.linalg.solve(poses[joint.child], poses[link.name])
+            xx, yy, zz, xy, yz, zx = link.inertia
+            c, I = np.array(link.first_moment), np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+            square = lambda x: x @ x * np.eye(3) - np.outer(x, x)
+            if link.mass > 0:
+                at_centre = I - link.mass * square(c / link.mass)
+                centre = D[:3, :3] @ c / link.mass + D[:3, 3]
+                inertia += D[:3, :3] @ at_centre @ D[:3, :3].T + link.mass * square(centre)
+                mass, first = mass + link.mass, first + link.mass * centre
+        c = first / mass
+        about_centre = inertia - mass * (c @ c * np.eye(3) - np.outer(c, c))
+        parent = m.joint_names.index(up[-1]) if up else -1
+        bodies.append({"parent": parent, "R": placement[:3, :3], "p": placement[:3, 3], "axis": np.array(joint.axis), "mass": mass, "c": c, "I": about_centre})
+    return bodies
+
+
 def rnea(xp: ModuleType, bodies: list[dict[str, Any]], q: Any, v: Any, a: Any) -> Any:
     """Joint efforts (n, nv) for q, v, a (n, nv)."""
     count, zero = q.shape[0], xp.zeros((q.shape[0], 3))

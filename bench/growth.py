@@ -22,8 +22,8 @@ from scipy.interpolate import make_interp_spline
 
 import ksl
 from ksl.checks.run import findings_of_bytes, fix
-from ksl.checks.tags import balanced
-from ksl.checks.vocabulary import ELEMENTS
+from ksl.checks.description.tags import balanced
+from ksl.checks.description.vocabulary import ELEMENTS
 from ksl.base.csv_cells import csv_comment
 from ksl.commands.print_info import print_info
 from ksl.mechanism.joint_columns import by_name

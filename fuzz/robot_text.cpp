@@ -100,14 +100,15 @@ std::optional<model> load_or_refuse(const std::string &text) {
   const std::uint32_t h = hash(text);
   model_options options;
   options.floating_base = h % 4 == 0;
-  const bool mimic_independent = h / 4 % 4 == 0, strict = h / 16 % 8 == 0, masses_optional = h / 128 % 4 != 0;
+  const load_options how = {
+      .mimic_independent = h / 4 % 4 == 0, .strict = h / 16 % 8 == 0, .masses_optional = h / 128 % 4 != 0};
   if (h / 512 % 4 == 0) {
     options.physics.emplace();
     options.physics->damping = options.physics->friction = options.physics->armature = options.physics->spring = true;
     options.physics->rotor = true, options.physics->rotor_bodies = h / 2048 % 2 == 0;
   }
   try {
-    return load_text(text, options, {mimic_independent, strict, masses_optional, ""}, file);
+    return load_text(text, options, how, file);
   } catch (const description_error &error) {
     check_sentence(error.what(), "a refusal");
     if (std::string(error.what()).substr(0, file.size()) != file)

@@ -48,7 +48,7 @@ SHORT = {
 }  # fmt: skip
 """Texts that take about 4 s, of each target."""
 USUAL, CHANGED, RECORDED = 10_000, 4, 1 / 4
-"""The same of a target that isn't named there; how many times as many texts where its reader has changed, and where it has not."""
+"""Texts of a target that isn't named there; how many times as many where its reader has changed, and where it has not."""
 CEILING, PATIENT = 60, 100
 """Seconds after which a short run ends all the same, with what it has found, and after which a text never ends: CI's machines are busy."""
 LONGEST, LONGEST_PACKED = 1500, 1 << 14
@@ -56,7 +56,7 @@ LONGEST, LONGEST_PACKED = 1500, 1 << 14
 
 
 PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite", "text that is taken")
-"""Those of fuzz/python/target.py, which can't be imported where Atheris is not installed."""
+"""Faults that fuzz/python/target.py names, which can't be imported where Atheris is not installed."""
 MUCH = "much memory"
 """The fault of targets whose memory is bounded."""
 

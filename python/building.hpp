@@ -155,7 +155,8 @@ inline void add_builder(nb::module_ &module) {
           "build",
           [](const ksl::builder &b, bool floating_base, bool strict, std::optional<three> gravity,
              const payloads_given &payloads, bool masses_optional, const physics_given &physics) {
-            return b.build(options_of(floating_base, gravity, payloads, physics), {strict, masses_optional});
+            return b.build(options_of(floating_base, gravity, payloads, physics),
+                           {.strict = strict, .masses_optional = masses_optional});
           },
           "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a,
           "physics"_a = physics_given(std::vector<std::string>(), ksl::physics_options().friction_width),
@@ -209,10 +210,11 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
       .def("without_loops", [](const ksl::model &m) { return ksl::model(ksl::without_loops(m.description())); })
       .def(
           "with_compliances",
-          [](const ksl::model &m, const std::vector<std::tuple<std::string, std::array<double, 36>>> &given) {
+          [](const ksl::model &m,
+             const std::vector<std::tuple<std::string, std::array<double, 36>, std::array<double, 36>>> &given) {
             std::vector<ksl::joint_compliance> compliances;
-            for (const auto &[joint, matrix] : given)
-              compliances.push_back({joint, matrix});
+            for (const auto &[joint, matrix, loose] : given)
+              compliances.push_back({joint, matrix, loose});
             return ksl::model(ksl::with_compliances(m.description(), std::move(compliances)));
           },
           "compliances"_a)

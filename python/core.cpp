@@ -37,7 +37,12 @@ ksl::model load_text(const nb::bytes &text, const nb::bytes &name, bool floating
                      const building::payloads_given &payloads, bool masses_optional, const std::string &model_name,
                      const building::physics_given &physics, bool cut_loops) {
   return ksl::load_text(string_of(text), building::options_of(floating_base, gravity, payloads, physics),
-                        {mimic_independent, strict, masses_optional, model_name, cut_loops}, string_of(name));
+                        {.mimic_independent = mimic_independent,
+                         .strict = strict,
+                         .masses_optional = masses_optional,
+                         .model = model_name,
+                         .cut_loops = cut_loops},
+                        string_of(name));
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.

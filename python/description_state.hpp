@@ -54,7 +54,7 @@ template <class Go> void fields(Go &go, ksl::force_element_numbers &f) {
 template <class Go> void fields(Go &go, ksl::force_element_description &f) {
   go(f.name, f.at, f.link1, f.link2, f.point1, f.point2, f.numbers);
 }
-template <class Go> void fields(Go &go, ksl::joint_compliance &c) { go(c.joint, c.matrix); }
+template <class Go> void fields(Go &go, ksl::joint_compliance &c) { go(c.joint, c.matrix, c.loose); }
 template <class Go> void fields(Go &go, ksl::physics_options &p) {
   go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width,
      p.force_elements);

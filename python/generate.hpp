@@ -38,7 +38,6 @@ public:
     const std::vector<int> &all = of_.steps.outputs();
     return nb::bytes(all.data(), all.size() * sizeof(int));
   }
-  bool has_library_sine() const { return of_.steps.has_library_sine(); }
   std::vector<std::pair<std::string, int>> inputs() const {
     std::vector<std::pair<std::string, int>> all;
     for (const auto &[name, numbers] : of_.inputs)
@@ -66,10 +65,10 @@ private:
 inline recording_of_python record(const ksl::model &m, const std::string &row, nb::handle request,
                                   const std::vector<int> &external_links, bool gravity,
                                   const std::vector<int> &payload_links, const std::vector<int> &parameter_links,
-                                  bool single, const std::string &kind) {
+                                  bool pivots, bool single, const std::string &kind) {
   ksl::generate::request asked;
   asked.row = row, asked.external_links = external_links, asked.gravity = gravity, asked.single = single;
-  asked.payload_links = payload_links, asked.parameter_links = parameter_links;
+  asked.payload_links = payload_links, asked.parameter_links = parameter_links, asked.pivots = pivots;
   if (nb::isinstance<calls::reactions_request>(request)) {
     asked.joints = nb::cast<const calls::reactions_request &>(request).request;
   } else if (nb::isinstance<calls::link_request>(request)) {
@@ -84,7 +83,7 @@ inline recording_of_python record(const ksl::model &m, const std::string &row, n
                                                      {"adjoint", derivative::adjoint},
                                                      {"adjoint's jacobian", derivative::adjoints_matrix}};
     const auto found = kinds.find(kind);
-    return recording_of_python(found == kinds.end() ? ksl::generate::record(m, asked)
+    return recording_of_python(found == kinds.end() ? ksl::generate::record_or_differentiate(m, asked)
                                                     : ksl::generate::record_derivative(m, asked, found->second));
   } catch (const ksl::generate::recording_error &e) {
     calls::refuse(row + " can't be generated for this mechanism: " + e.what());
@@ -98,12 +97,10 @@ inline void add_recording(nb::module_ &module, nb::class_<ksl::model> &model) {
       .def_prop_ro("operands", &recording_of_python::operands)
       .def_prop_ro("numbers", &recording_of_python::numbers)
       .def_prop_ro("outputs", &recording_of_python::outputs)
-      .def_prop_ro("has_library_sine", &recording_of_python::has_library_sine,
-                   "Is a sine that of the C library where the engine computes it?")
       .def_prop_ro("inputs", &recording_of_python::inputs, "Names, and how many numbers each has.")
       .def_prop_ro("results", &recording_of_python::results, "Names and shapes.");
   model.def("record", &record, "row"_a, "request"_a.none(), "external_links"_a, "gravity"_a, "payload_links"_a,
-            "parameter_links"_a, "single"_a, "kind"_a);
+            "parameter_links"_a, "pivots"_a, "single"_a, "kind"_a);
 }
 
 } // namespace generate_calls

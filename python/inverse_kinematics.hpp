@@ -10,8 +10,8 @@
 
 namespace calls {
 
-using wanted_frames =
-    std::vector<std::tuple<int, double, double>>; ///< link, weight of the position, of the orientation
+/// link, weight of the position, of the orientation
+using wanted_frames = std::vector<std::tuple<int, double, double>>;
 
 template <class S>
 nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::wanted_frame> &frames, nb::handle target,

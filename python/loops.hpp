@@ -6,6 +6,7 @@
 #include "one_state.hpp"
 #include "without_gil.hpp"
 
+#include "engine/compiled/algorithms.hpp"
 #include "engine/loops/assembly.hpp"
 #include "engine/loops/derivatives.hpp"
 #include "ksl/force_elements.hpp"
@@ -214,7 +215,7 @@ inline nb::object derivatives(const ksl::model &m, nb::handle q, nb::handle v, n
       done[0] = ksl::loops::derive_by_plan(forward, m, nullptr, s, results[0], results[1], results[2]);
     } else {
       const without_gil released;
-      ksl::loops::derive_in_lanes(forward, m, batch, done.data());
+      ksl::compiled::derive_in_lanes(forward, m, batch, done.data());
     }
   }
   for (std::size_t k = 0; k < Q.states; ++k) {
@@ -448,6 +449,13 @@ inline void add_dynamics(nb::class_<ksl::model> &model) {
             return out;
           },
           "q"_a)
+      .def("lone_bodies",
+           [](const ksl::model &m) { // link, direction and whether its mass is the same all round
+             std::vector<std::tuple<int, std::array<double, 3>, bool>> found;
+             for (const ksl::lone_body &body : ksl::lone_bodies(m))
+               found.push_back({body.link, {body.direction.x, body.direction.y, body.direction.z}, body.is_even});
+             return found;
+           })
       .def("open_component", &ksl::open_component);
 }
 
@@ -463,9 +471,9 @@ inline void add_tolerances(nb::module_ &module) {
       "loop_tolerances",
       [] {
         return std::map<std::string, double>{
-            {"closed", closed}, {"accepted", accepted}, {"few_digits", few_digits},
-            {"rank", rank},     {"unsure", unsure},     {"nearly_singular", nearly_singular},
-            {"rates", rates},
+            {"closed", closed}, {"accepted", accepted},     {"few_digits", few_digits},
+            {"rank", rank},     {"unsure", unsure},         {"nearly_singular", nearly_singular},
+            {"rates", rates},   {"plan_pivot", plan_pivot},
         };
       },
       "The tolerances of closed mechanisms (ksl/engine/algorithms/loops/tolerances.hpp).");

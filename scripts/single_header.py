@@ -195,7 +195,8 @@ def scalar_macros(scalar):
     """What names.h makes of the names in bodies, for DOUBLE or FLOAT."""
     text = (INCLUDE / "ksl" / "detail" / "names.h").read_text(encoding="utf-8")
     part = re.search(rf"^#(?:el)?if KSL_NAMES == KSL_NAMES_{scalar}\n(.*?)^#el", text, re.S | re.M)[1]
-    macros = dict(parse_define(line) for line in part.splitlines() if line.startswith("#define"))
+    of_both = re.search(r"^#if KSL_NAMES == KSL_NAMES_DOUBLE \|\| KSL_NAMES == KSL_NAMES_FLOAT\n(.*?)^#endif", text, re.S | re.M)[1]
+    macros = dict(parse_define(line) for line in (part + of_both).splitlines() if line.startswith("#define"))
     suffix = "f" if scalar == "FLOAT" else ""
     macros |= {name: (None, f"ksl_libm_{function}{suffix}") for name, function in LIBM_NAMES.items()}
     return macros | EVERYWHERE

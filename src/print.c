@@ -216,6 +216,11 @@ typedef enum layout {
   TRIANGULAR     /* packed lower triangle */
 } layout;
 
+/* Line i has the numbers at i * line_step + j * step:
+
+       the memory in lines of `columns` numbers        line_step = columns, step = 1
+       rows of what is stored by columns               line_step = 1, step = rows
+       of a packed triangle                            i (i + 1) / 2 + j, j <= i; beyond the diagonal those of the mirror image */
 static void put_lines(FILE *file, number_kind kind, layout stored, int rows, int columns, const void *data,
                       va_list rest) {
   const char *label;

@@ -25,7 +25,7 @@ settings.register_profile("fixed", derandomize=True, deadline=None, max_examples
 settings.register_profile("many", settings.get_profile("fixed"), max_examples=600)
 settings.load_profile("fixed")
 
-LONGEST = ("tutorials_test.py", "readme_test.py", "browser_test.py", "sweep_test.py", "hostile_names_test.py", "viewer_page_test.py", "jax_test.py")
+LONGEST = ("tutorials_test.py", "readme_test.py", "browser_test.py", "sweep_workers_test.py", "hostile_names_test.py", "viewer_page_test.py", "jax_test.py")
 """Files of half a minute, which begin first: the last one to begin bounds the time of several workers."""
 
 ROOT = Path(__file__).resolve().parent.parent

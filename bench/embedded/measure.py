@@ -18,6 +18,7 @@ import tables  # noqa: E402
 from programs import Measured, code_of, measured, write  # noqa: E402
 from targets import TARGETS, run  # noqa: E402
 
+from ksl.generation.files import Code  # noqa: E402
 from ksl.generation.flash import flash_bytes  # noqa: E402
 
 PAGE = ROOT / "docs/microcontrollers.md"
@@ -48,6 +49,11 @@ def plugin(build: Path) -> Path:
     return library
 
 
+def estimated(code: Code) -> int:
+    """The flash that `ksl generate` says."""
+    return flash_bytes(code.functions, code.scalar, code.names_bytes)
+
+
 def figures(build: Path) -> tuple[dict[Key, Measured], dict[Key, int], dict[Key, int]]:
     """What functions take; the flash of files with one algorithm, and what of it `ksl generate` estimates."""
     counting, taken, flash, said = plugin(build), {}, {}, {}
@@ -62,7 +68,7 @@ def figures(build: Path) -> tuple[dict[Key, Measured], dict[Key, int], dict[Key,
                 found = measured(how, code, folder, counting)
                 for a, f in zip(ALGORITHMS, code.functions):
                     key = (robot, a, scalar, target)
-                    taken[key], said[key] = found[f.name], flash_bytes(alone[a])
+                    taken[key], said[key] = found[f.name], estimated(alone[a])
                     obj = folder / f"{f.name}.o"
                     how.compile(write(alone[a], folder / f.name), obj)
                     flash[key] = how.flash(obj)

@@ -112,7 +112,7 @@ def compare(code: Code, printed: str) -> None:
 
 
 def state_of(code: Code, f: Function, k: int) -> list[Any]:
-    """That of the self-test; after these the first with large angles."""
+    """The self-test's states; after these its first state with large angles."""
     if k < STATES:
         return code.self_test.state_of(f, k)
     inputs = dict(zip((name for name, _ in f.recording.inputs), code.self_test.state_of(f, 0)))

@@ -109,7 +109,7 @@ def head_of(fields: dict[bytes, bytes]) -> bytes:
 
 
 def bag_records(data: bytes, place: int = len(BAG_MAGIC), nested: bool = False) -> list[Record]:
-    """The same of a ROS 1 bag."""
+    """The records of a ROS 1 bag from a place on; of chunks the records in them, too, unless nested."""
     found = []
     while place + 8 <= len(data):
         (size,) = struct.unpack_from("<I", data, place)

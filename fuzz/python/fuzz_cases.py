@@ -7,7 +7,8 @@ guide("ksl.load_cases", "ksl.base.toml_files")
 import ksl
 import numpy as np
 from ksl.base.errors import CaseError, MotionError
-from ksl.load_cases import case_file, poses  # noqa: F401  poses is imported late, where it is needed
+from ksl.load_cases import poses  # noqa: F401  is imported late, where it is needed
+from ksl.load_cases.case_files import case_file
 from ksl.motions.motion import Motion
 from mutate import of_text
 from target import finite, run

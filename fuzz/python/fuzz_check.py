@@ -6,7 +6,8 @@ guide("ksl.checks")
 
 from ksl.base.errors import DescriptionError
 from ksl.base.printable import one_line
-from ksl.checks import read_sdf, read_urdf, run as checks  # noqa: F401  the readers are imported late
+from ksl.checks import run as checks
+from ksl.checks.description import read_sdf, read_urdf  # noqa: F401  are imported late
 from mutate import of_xml
 from target import check_message, finite, run
 

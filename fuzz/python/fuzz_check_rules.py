@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from ksl.base.errors import DescriptionError
 from ksl.base.printable import one_line
-from ksl.checks import extent, mesh_rules, read_sdf, read_urdf, run as checks  # noqa: F401  the readers are imported late
+from ksl.checks import extent, mesh_rules, run as checks
+from ksl.checks.description import read_sdf, read_urdf  # noqa: F401  are imported late
 from lxml import etree
 from mutate import of_xml
 from target import BrokenPromise, check_characters, check_message, finite, run

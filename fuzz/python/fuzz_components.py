@@ -5,7 +5,7 @@ from guided import guide
 guide("ksl.sizing", "ksl.base.toml_files", "ksl.base.toml_lines")
 
 from ksl.base.errors import SizingError
-from ksl.sizing import components
+from ksl.sizing.catalogue import components
 from mutate import of_text
 from target import run
 

@@ -5,13 +5,13 @@ words, are left out: the first would be read, and the second take the memory tha
 
 from guided import guide
 
-guide("ksl.robot_files.load_mjcf", "ksl.model.builder", "ksl.mechanism.given", "ksl.robot_files.loading")
+guide("ksl.robot_files.load_mjcf", "ksl.robot_files.mjcf_states", "ksl.model.builder", "ksl.mechanism.given", "ksl.robot_files.loading")
 
 import re
 from zlib import crc32
 
 from ksl.base.errors import DescriptionError
-from ksl.robot_files import load_mjcf as mjcf
+from ksl.robot_files import load_mjcf, mjcf_states  # noqa: F401  load_mjcf is imported late
 from ksl.robot_files import loading
 from ksl.robot_files.read_options import ReadOptions
 from mutate import of_xml
@@ -35,9 +35,9 @@ def read(data: bytes) -> None:
             raise BrokenPromise(f"broken promise: names of {len(names)} links or joints are not unique")
     finite([link.mass for link in model.links], "masses")
     neutral = model.neutral()
-    there = mjcf.to_mujoco(model, neutral)
+    there = mjcf_states.to_mujoco(model, neutral)
     finite(there.q, "positions")
-    if abs(mjcf.from_mujoco(model, there.q).q - neutral).max(initial=0.0) > 1e-9:
+    if abs(mjcf_states.from_mujoco(model, there.q).q - neutral).max(initial=0.0) > 1e-9:
         raise BrokenPromise("broken promise: positions in MuJoCo's layout come back as others")
 
 

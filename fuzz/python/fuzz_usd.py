@@ -6,6 +6,8 @@ from guided import guide
 
 guide(
     "ksl.robot_files.usd.load_usd",
+    "ksl.robot_files.usd.machine",
+    "ksl.robot_files.usd.amounts",
     "ksl.robot_files.usd.stage",
     "ksl.robot_files.usd.masses",
     "ksl.robot_files.usd.shapes",

@@ -125,5 +125,5 @@ def words() -> list[str]:
 
 
 def dictionary() -> bytes:
-    """The same as libFuzzer reads them."""
+    """The words as a dictionary of libFuzzer's."""
     return b"".join(b'"%s"\n' % word.encode() for word in words())

@@ -83,10 +83,26 @@ template <> struct math<float> {
   static float select(bool condition, float a, float b) { return condition ? a : b; }
 };
 
-/// Every algebra function of the C headers for scalar T, without prefix and suffix: product_CoAdc, screw_copy, ...
-template <class T> struct algebra {
+/// The sine of x and of its half, and sine and cosine of the half: in one where Functions have them so.
+template <class Functions, class T>
+__attribute__((always_inline)) inline void sine_with_half(const T &x, T *sine, T *half) {
+  if constexpr (requires { Functions::sine_with_half(x, *sine, *half); })
+    Functions::sine_with_half(x, *sine, *half);
+  else
+    *sine = Functions::sin(x), *half = Functions::sin(T(0.5) * x);
+}
+template <class Functions, class T>
+__attribute__((always_inline)) inline void half_sine_cosine(const T &x, T *sine, T *cosine) {
+  if constexpr (requires { Functions::half_sine_cosine(x, *sine, *cosine); })
+    Functions::half_sine_cosine(x, *sine, *cosine);
+  else
+    *sine = Functions::sin(T(0.5) * x), *cosine = Functions::cos(T(0.5) * x);
+}
+
+/// Every algebra function of the C headers for scalar T, without prefix and suffix: product_CoAdc, screw_copy, ...  Functions: those that they call.
+template <class T, class Functions = ksl::math<T>> struct algebra {
   using real = T;
-  using math = ksl::math<T>;
+  using math = Functions;
   using vec3 = ksl::vec3<T>;
   using vec4 = ksl::vec4<T>;
   using quaternion = ksl::quaternion<T>;

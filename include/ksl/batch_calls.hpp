@@ -11,484 +11,418 @@
 
 namespace ksl {
 
-/// Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches, by the recursive
-/// Newton–Euler algorithm (Featherstone, RBDA 2008, table 5.1).  O(bodies).  Reads batch.q, batch.v, batch.a,
-/// batch.external; writes tau into batch.result[0] (rows of nv).
+/// Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches, by the recursive Newton–Euler algorithm (Featherstone, RBDA 2008,
+/// table 5.1).  O(bodies).  Reads batch.q, batch.v, batch.a, batch.external; writes tau into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity
-/// and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of moving joints
-/// in their own frames are written during the backward pass of inverse dynamics, which costs less than two calls.
-/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
-/// link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.reactions; writes tau into
-/// batch.result[0] (rows of nv), the reactions (rows of request.n × 6).
+/// Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: what the parent
+/// side exerts on the child side through each joint.  Reactions of moving joints in their own frames are written during the backward pass of inverse dynamics,
+/// which costs less than two calls.  reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child link,
+/// linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.reactions; writes tau into batch.result[0] (rows of nv), the reactions (rows of
+/// request.n × 6).
 template <class S>
 KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
-/// wrench that the parent side exerts on the child side through each joint, whole or its constraint, actuation or
-/// coupling part (Coscrews page, (7)–(9)).  reaction_request by default: the whole wrench on the child side, about the
-/// joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external,
-/// batch.reactions; writes the reactions (rows of request.n × 6).
+/// Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the wrench that the parent side exerts on the
+/// child side through each joint, whole or its constraint, actuation or coupling part (Coscrews page, (7)–(9)).  reaction_request by default: the whole wrench
+/// on the child side, about the joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.reactions;
+/// writes the reactions (rows of request.n × 6).
 template <class S>
 KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f,
-/// then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name them.
-/// O(bodies).  Reads batch.q, batch.v, batch.a, batch.external; writes parts into batch.result[0] (rows of 5 × nv).
+/// The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f, then what damping, dry friction, the
+/// inertia of rotors and springs need, as far as the model's options name them.  O(bodies).  Reads batch.q, batch.v, batch.a, batch.external; writes parts into
+/// batch.result[0] (rows of 5 × nv).
 template <class S>
 KSL_EXPORT void effort_parts_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
-/// O(bodies).  Reads batch.q, batch.v, batch.external; writes tau into batch.result[0] (rows of nv).
+/// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.  O(bodies).  Reads batch.q, batch.v,
+/// batch.external; writes tau into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void bias_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Efforts tau (nv) that hold the mechanism at rest at q (nq): inverse dynamics with v = a = 0.  O(bodies).  Reads
-/// batch.q, batch.external; writes tau into batch.result[0] (rows of nv).
+/// Efforts tau (nv) that hold the mechanism at rest at q (nq): inverse dynamics with v = a = 0.  O(bodies).  Reads batch.q, batch.external; writes tau into
+/// batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void gravity_torque_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
-/// articulated-body algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).  Reads batch.q, batch.v, batch.tau,
-/// batch.external; writes a into batch.result[0] (rows of nv).
+/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the articulated-body algorithm (Featherstone,
+/// RBDA 2008, table 7.1).  O(bodies).  Reads batch.q, batch.v, batch.tau, batch.external; writes a into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass
-/// matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  Reads batch.q, batch.v,
-/// batch.tau, batch.external; writes a into batch.result[0] (rows of nv).
+/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass matrix, its factors and the bias
+/// (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  Reads batch.q, batch.v, batch.tau, batch.external; writes a into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
-/// wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
-/// efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  Reads batch.q, batch.v, batch.a, batch.tau,
-/// batch.external, batch.links; writes a_out into batch.result[0] (rows of nv), tau_out into batch.result[1] (rows of
-/// nv).
+/// Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external wrenches.  Of the joints that carry the
+/// links named, the accelerations a (nv) are given, and of the others the efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  Reads batch.q,
+/// batch.v, batch.a, batch.tau, batch.external, batch.links; writes a_out into batch.result[0] (rows of nv), tau_out into batch.result[1] (rows of nv).
 template <class S>
 KSL_EXPORT void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches:
-/// M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  Reads batch.q, batch.external; writes dv
-/// into batch.result[0] (rows of nv).
+/// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches: M dv = Σ Jᵀ impulse (Featherstone, RBDA
+/// 2008, section 11.7).  O(bodies).  Reads batch.q, batch.external; writes dv into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
-/// RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth).  Reads batch.q; writes M into batch.result[0] (rows of
-/// nv × nv).
+/// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2): tau = M a +
+/// bias.  O(bodies × depth).  Reads batch.q; writes M into batch.result[0] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
-/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
-/// Reads batch.q; writes M into batch.result[0] (rows of nv × nv).
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal are left as they are.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).  Reads batch.q; writes M into batch.result[0] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero, row
-/// by row, for q (nq).  A row has the columns of the joints on the path from the ground, the diagonal last.
-/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-/// models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper.  Reads batch.q; writes M into
+/// The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero, row by row, for q (nq).  A row has the
+/// columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5);
+/// O(bodies × depth).  Not for models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper.  Reads batch.q; writes M into
 /// batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
-/// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  Not for models with mimic joints: use solve_mass_matrix or mass_matrix_inverse.  Reads batch.q; writes
-/// LD into batch.result[0] (rows of tree).
+/// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of L in the layout of mass_matrix_tree,
+/// with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).  Not for models with mimic joints: use solve_mass_matrix or
+/// mass_matrix_inverse.  Reads batch.q; writes LD into batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the
-/// tree.  O(nv² × depth).  Reads batch.q; writes W into batch.result[0] (rows of nv × nv).
+/// Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the tree.  O(nv² × depth).  Reads batch.q;
+/// writes W into batch.result[0] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm
-/// (Featherstone, RBDA 2008, table 7.1).  O(bodies).  Reads batch.q, batch.tau; writes a into batch.result[0] (rows of
-/// nv).
+/// Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm (Featherstone, RBDA 2008, table 7.1).
+/// O(bodies).  Reads batch.q, batch.tau; writes a into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and
-/// friction need.  Of the matrices with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is
-/// skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).  Reads batch.q, batch.v; writes C into
-/// batch.result[0] (rows of nv × nv).
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and friction need.  Of the matrices with this
+/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).  Reads batch.q,
+/// batch.v; writes C into batch.result[0] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
-/// twice.  All are computed from one walk over the bodies: O(bodies + links).  Reads batch.q, batch.links; writes poses
-/// into batch.result[0] (rows of links.n × 4 × 4).
+/// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come twice.  All are computed from one walk over
+/// the bodies: O(bodies + links).  Reads batch.q, batch.links; writes poses into batch.result[0] (rows of links.n × 4 × 4).
 template <class S>
 KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
-/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links
-/// (the first; without one nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).  frame_options by default: about the frame's
+/// origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes twist into
+/// batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from one
-/// walk over the bodies that carry any of them.  O(bodies + links).  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links, batch.frame; writes twists into
-/// batch.result[0] (rows of links.n × 6).
+/// Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from one walk over the bodies that carry any of
+/// them.  O(bodies + links).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links, batch.frame;
+/// writes twists into batch.result[0] (rows of links.n × 6).
 template <class S>
 KSL_EXPORT void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA
-/// 2008, eq. (5.15) and section 2.11).  O(depth).  frame_options by default: about the frame's origin, in its axes,
-/// linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
-/// batch.frame; writes acceleration into batch.result[0] (rows of 6).
+/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA 2008, eq. (5.15) and section 2.11).
+/// O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without
+/// one nothing is computed), batch.frame; writes acceleration into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link may
-/// come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
-/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a,
-/// batch.links, batch.frame; writes accelerations into batch.result[0] (rows of links.n × 6).
+/// Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link may come twice.  All are computed from one
+/// walk over the bodies that carry any of them.  O(bodies + links).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.v, batch.a, batch.links, batch.frame; writes accelerations into batch.result[0] (rows of links.n × 6).
 template <class S>
 KSL_EXPORT void frame_accelerations_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
-/// options name.  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
-/// batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes velocity into
-/// batch.result[0] (rows of 3).
+/// Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the options name.  O(depth).  frame_options by
+/// default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes velocity into batch.result[0] (rows of 3).
 template <class S>
 KSL_EXPORT void point_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
-/// gravity; in the axes that the options name.  O(depth).  frame_options by default: about the frame's origin, in its
-/// axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
-/// batch.frame; writes acceleration into batch.result[0] (rows of 3).
+/// Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without gravity; in the axes that the options name.
+/// O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without
+/// one nothing is computed), batch.frame; writes acceleration into batch.result[0] (rows of 3).
 template <class S>
 KSL_EXPORT void point_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq.
-/// (4.14)).  O(depth), besides writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes,
-/// linear first.  Reads batch.q, batch.links (the first; without one nothing is computed), batch.frame; writes J into
-/// batch.result[0] (rows of 6 × nv).
+/// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq. (4.14)).  O(depth), besides writing 6 nv
+/// numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links (the first; without one nothing is
+/// computed), batch.frame; writes J into batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J
-/// v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in
-/// its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed),
-/// batch.frame; writes rate into batch.result[0] (rows of 6 × nv).
+/// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J v (Featherstone, RBDA 2008, eqs.
+/// (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links (the first;
+/// without one nothing is computed), batch.frame; writes rate into batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the
-/// options has an effect.  O(joints between the links).  frame_options by default: about the frame's origin, in its
-/// axes, linear first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing
-/// is computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
+/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the options has an effect.  O(joints between the
+/// links).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links (two: the link, and the one that it is
+/// seen from; with fewer nothing is computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
 template <class S>
 KSL_EXPORT void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place
-/// of the world in the options.  O(joints between the links).  frame_options by default: about the frame's origin, in
-/// its axes, linear first.  Reads batch.q, batch.v, batch.links (two: the link, and the one that it is seen from; with
-/// fewer nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+/// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place of the world in the options.  O(joints
+/// between the links).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links (two: the link, and
+/// the one that it is seen from; with fewer nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
-/// velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
-/// writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
-/// batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is computed), batch.frame;
-/// writes J into batch.result[0] (rows of 6 × nv).
+/// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative velocity.  Columns of joints that don't lie
+/// between the links are zero.  O(joints between the links), besides writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is computed), batch.frame; writes J into
+/// batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of
-/// all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many
-/// frames as the model has links.  O(bodies + n² depth).  frame_options by default: about the frame's origin, in its
-/// axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inverse into batch.result[0] (rows of 6 links.n
-/// × 6 links.n).
+/// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of all their twists for a unit wrench on
+/// each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many frames as the model has links.  O(bodies + n² depth).  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inverse into batch.result[0] (rows of 6 links.n × 6
+/// links.n).
 template <class S>
 KSL_EXPORT void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-/// rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
-/// many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default: about the frame's origin,
-/// in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6
+/// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its rank.  Where it is singular, as many
+/// directions as the rank are inverted, and the others have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options
+/// by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6
 /// links.n × 6 links.n), rank into batch.result[1] (rows of 1).
 template <class S>
 KSL_EXPORT void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches
-/// F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6
-/// links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia;
-/// rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n bodies + n²
-/// depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
-/// batch.v, batch.external, batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6 links.n × 6
-/// links.n), bias into batch.result[1] (rows of 6 links.n), pseudo_inverse into batch.result[2] (rows of nv × 6
-/// links.n), rank into batch.result[3] (rows of 1).
+/// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches F on the frames, no efforts, and rates
+/// x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6 links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints;
+/// pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia; rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n
+/// bodies + n² depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.external,
+/// batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6 links.n × 6 links.n), bias into batch.result[1] (rows of 6 links.n), pseudo_inverse
+/// into batch.result[2] (rows of nv × 6 links.n), rank into batch.result[3] (rows of 1).
 template <class S>
 KSL_EXPORT void operational_space_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's
-/// origin.  Armature, rotors and springs are included if the model's options name them.  O(bodies).  Reads batch.q,
-/// batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1] (rows of 1).
+/// Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's origin.  Armature, rotors and springs are
+/// included if the model's options name them.  O(bodies).  Reads batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into
+/// batch.result[1] (rows of 1).
 template <class S>
 KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without
-/// wrenches it is zero.  O(bodies).  Reads batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of
-/// 1).
+/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without wrenches it is zero.  O(bodies).  Reads
+/// batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of 1).
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
-/// count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q; writes center into batch.result[0] (rows
-/// of 3).
+/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't count.  NaN where nothing that moves has
+/// mass.  O(bodies).  Reads batch.q; writes center into batch.result[0] (rows of 3).
 template <class S>
 KSL_EXPORT void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
-/// welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q; writes J into
-/// batch.result[0] (rows of 3 × nv).
+/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links welded to the ground don't count.  NaN
+/// where nothing that moves has mass.  O(bodies).  Reads batch.q; writes J into batch.result[0] (rows of 3 × nv).
 template <class S>
 KSL_EXPORT void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
-/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q, batch.v; writes velocity
-/// into batch.result[0] (rows of 3).
+/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the ground don't count.  NaN where nothing
+/// that moves has mass.  O(bodies).  Reads batch.q, batch.v; writes velocity into batch.result[0] (rows of 3).
 template <class S>
 KSL_EXPORT void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
-/// Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).
-/// Reads batch.q, batch.v, batch.a; writes acceleration into batch.result[0] (rows of 3).
+/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).  Gravity doesn't enter.  Links welded to the
+/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q, batch.v, batch.a; writes acceleration into batch.result[0] (rows of
+/// 3).
 template <class S>
 KSL_EXPORT void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the bodies
-/// that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  Reads batch.q, batch.v,
-/// batch.frame.angular_first; writes momentum into batch.result[0] (rows of 6).
+/// Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the bodies that move (Orin, Goswami, Lee,
+/// Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  Reads batch.q, batch.v, batch.frame.angular_first; writes momentum into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
-/// the world's axes (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  Reads batch.q,
-/// batch.frame.angular_first; writes matrix into batch.result[0] (rows of 6 × nv).
+/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in the world's axes (Orin, Goswami, Lee,
+/// Autonomous Robots 35, 2013, section 4).  O(bodies).  Reads batch.q, batch.frame.angular_first; writes matrix into batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv):
-/// the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  Reads batch.q,
-/// batch.v, batch.a, batch.frame.angular_first; writes rate into batch.result[0] (rows of 6).
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv): the sum of all external wrenches, those of
+/// gravity and of the ground among them.  O(bodies).  Reads batch.q, batch.v, batch.a, batch.frame.angular_first; writes rate into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
-/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
-/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in the axes in which they
-/// are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies ×
-/// depth).  Reads batch.q, batch.v, batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv),
-/// dtau_dv into batch.result[1] (rows of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each
+/// row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the mass matrix.  External
+/// wrenches are held in the axes in which they are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2), 2022).
+/// O(bodies × depth).  Reads batch.q, batch.v, batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv), dtau_dv into batch.result[1]
+/// (rows of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse dynamics
-/// gives for q (nq), v (nv), a (nv), without external wrenches: the derivatives of the efforts, transposed, times the
-/// weights, and none of these matrices is computed.  By q is along q ⊕ s e_k with v and a held componentwise (reverse
-/// accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies).  Reads batch.q, batch.v,
-/// batch.a, batch.tau (weights); writes by_q into batch.result[0] (rows of nv), by_v into batch.result[1] (rows of nv),
-/// by_a into batch.result[2] (rows of nv).
+/// Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), without
+/// external wrenches: the derivatives of the efforts, transposed, times the weights, and none of these matrices is computed.  By q is along q ⊕ s e_k with v
+/// and a held componentwise (reverse accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies).  Reads batch.q, batch.v,
+/// batch.a, batch.tau (weights); writes by_q into batch.result[0] (rows of nv), by_v into batch.result[1] (rows of nv), by_a into batch.result[2] (rows of nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_gradient_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold
-/// it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their links,
-/// which move, or of the world.  O(bodies × depth).  Reads batch.q, batch.external; writes K into batch.result[0] (rows
-/// of nv × nv).
+/// Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold it, those of gravity_torque.  External
+/// wrenches are held in the axes in which they are given, those of their links, which move, or of the world.  O(bodies × depth).  Reads batch.q,
+/// batch.external; writes K into batch.result[0] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void stiffness_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
-/// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
-/// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
-/// the axes in which they are given, those of their links, which move, or of the world (Carpentier and Mansard, RSS
-/// 2018, eq. (27)).  O(nv² × depth).  Reads batch.q, batch.v, batch.tau, batch.external; writes da_dq into
-/// batch.result[0] (rows of nv × nv), da_dv into batch.result[1] (rows of nv × nv), da_dtau into batch.result[2] (rows
-/// of nv × nv).
+/// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major:
+/// element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕ s e_k with v and tau held componentwise; by tau is the inverse of the mass
+/// matrix.  External wrenches are held in the axes in which they are given, those of their links, which move, or of the world (Carpentier and Mansard, RSS
+/// 2018, eq. (27)).  O(nv² × depth).  Reads batch.q, batch.v, batch.tau, batch.external; writes da_dq into batch.result[0] (rows of nv × nv), da_dv into
+/// batch.result[1] (rows of nv × nv), da_dtau into batch.result[2] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
-/// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
-/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in the
-/// axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, RA-L
-/// 7(2), 2022).  O(joints × nv).  reaction_request by default: the whole wrench on the child side, about the joint's
-/// origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.joints;
-/// writes by_q into batch.result[0] (rows of joints->n × 6 × nv), by_v into batch.result[1] (rows of joints->n × 6 ×
-/// nv), by_a into batch.result[2] (rows of joints->n × 6 × nv).
+/// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are asked for, for q (nq), v (nv), a (nv):
+/// those of the components in the requested axes, about the requested point, of the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.
+/// External wrenches are held in the axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, RA-L 7(2),
+/// 2022).  O(joints × nv).  reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear
+/// first.  Reads batch.q, batch.v, batch.a, batch.external, batch.joints; writes by_q into batch.result[0] (rows of joints->n × 6 × nv), by_v into
+/// batch.result[1] (rows of joints->n × 6 × nv), by_a into batch.result[2] (rows of joints->n × 6 × nv).
 template <class S>
 KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the external
-/// wrench on each link of the model, in the link's axes, linear first, for q (nq); row-major.  They don't depend on
-/// velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints × links).  reaction_request by default:
-/// the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first.  Reads
+/// Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the external wrench on each link of the model, in the
+/// link's axes, linear first, for q (nq); row-major.  They don't depend on velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints ×
+/// links).  reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first.  Reads
 /// batch.q, batch.joints; writes by_external into batch.result[0] (rows of joints->n × 6 × all links × 6).
 template <class S>
 KSL_EXPORT void reactions_external_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
-/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides
-/// writing 12 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
-/// batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes by_q into
-/// batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 × nv).
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its components, row-major.  By q is along q ⊕ s
+/// e_k with v held componentwise; by v is the Jacobian.  O(depth), besides writing 12 nv numbers.  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes by_q into batch.result[0] (rows
+/// of 6 × nv), by_v into batch.result[1] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void frame_velocity_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those
-/// of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link
-/// may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 12 nv
-/// numbers for each link.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
-/// batch.q, batch.v, batch.links, batch.frame; writes by_q into batch.result[0] (rows of links.n × 6 × nv), by_v into
-/// batch.result[1] (rows of links.n × 6 × nv).
+/// Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those of their components, row-major.  By q
+/// is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies +
+/// links × depth), besides writing 12 nv numbers for each link.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
+/// batch.v, batch.links, batch.frame; writes by_q into batch.result[0] (rows of links.n × 6 × nv), by_v into batch.result[1] (rows of links.n × 6 × nv).
 template <class S>
 KSL_EXPORT void frame_velocities_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
-/// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
-/// a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  frame_options by default:
-/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first;
-/// without one nothing is computed), batch.frame; writes by_q into batch.result[0] (rows of 6 × nv), by_v into
-/// batch.result[1] (rows of 6 × nv), by_a into batch.result[2] (rows of 6 × nv).
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the options say, for q (nq), v (nv) and a (nv):
+/// those of its components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv
+/// numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without
+/// one nothing is computed), batch.frame; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 × nv), by_a into
+/// batch.result[2] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void frame_acceleration_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of
-/// the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q
-/// ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh, Russell,
-/// Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  frame_options
-/// by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links,
-/// batch.frame; writes by_q into batch.result[0] (rows of links.n × 6 × nv), by_v into batch.result[1] (rows of links.n
-/// × 6 × nv), by_a into batch.result[2] (rows of links.n × 6 × nv).
+/// Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of the kind that the options say, for q
+/// (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may
+/// come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  frame_options by
+/// default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links, batch.frame; writes by_q into batch.result[0]
+/// (rows of links.n × 6 × nv), by_v into batch.result[1] (rows of links.n × 6 × nv), by_a into batch.result[2] (rows of links.n × 6 × nv).
 template <class S>
 KSL_EXPORT void frame_accelerations_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
-/// energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
-/// potential energy is the effort that holds the mechanism at rest.  O(bodies).  Reads batch.q, batch.v; writes
-/// kinetic_by_q into batch.result[0] (rows of nv), kinetic_by_v into batch.result[1] (rows of nv), potential_by_q into
-/// batch.result[2] (rows of nv).
+/// Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential energy, for q (nq) and v (nv).  By q is
+/// along q ⊕ s e_k with v held componentwise; by v is M v; that of the potential energy is the effort that holds the mechanism at rest.  O(bodies).  Reads
+/// batch.q, batch.v; writes kinetic_by_q into batch.result[0] (rows of nv), kinetic_by_v into batch.result[1] (rows of nv), potential_by_q into batch.result[2]
+/// (rows of nv).
 template <class S>
 KSL_EXPORT void energy_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, row-major,
-/// for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.
-/// O(bodies).  Reads batch.q, batch.v, batch.frame.angular_first; writes by_q into batch.result[0] (rows of 6 × nv),
-/// by_v into batch.result[1] (rows of 6 × nv).
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, row-major, for q (nq) and v (nv).  By q is along q
+/// ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.  O(bodies).  Reads batch.q, batch.v, batch.frame.angular_first; writes by_q into
+/// batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void centroidal_momentum_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
-/// world's axes, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise; by
-/// a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  Reads batch.q, batch.v,
-/// batch.a, batch.frame.angular_first; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1]
-/// (rows of 6 × nv), by_a into batch.result[2] (rows of 6 × nv).
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the world's axes, row-major, for q (nq), v
+/// (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).
+/// O(bodies).  Reads batch.q, batch.v, batch.a, batch.frame.angular_first; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows
+/// of 6 × nv), by_a into batch.result[2] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void centroidal_momentum_rate_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of
-/// the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that
-/// of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the
-/// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is symmetric in k
-/// and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they
-/// are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv ×
-/// depth²), besides writing 4 nv³ numbers.  Reads batch.q, batch.v, batch.a, batch.external; writes d2tau_dqdq into
-/// batch.result[0] (rows of nv × nv × nv), d2tau_dvdv into batch.result[1] (rows of nv × nv × nv), d2tau_dqdv into
+/// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of the joint efforts that inverse dynamics
+/// gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m,
+/// which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is symmetric in k
+/// and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they are given, those of their links, which
+/// move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.  Reads batch.q, batch.v, batch.a,
+/// batch.external; writes d2tau_dqdq into batch.result[0] (rows of nv × nv × nv), d2tau_dvdv into batch.result[1] (rows of nv × nv × nv), d2tau_dqdv into
 /// batch.result[2] (rows of nv × nv × nv), dM_dq into batch.result[3] (rows of nv × nv × nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Second derivatives d2a_dqdq (nv, nv, nv), d2a_dvdv (nv, nv, nv), d2a_dqdv (nv, nv, nv), d2a_dqdtau (nv, nv, nv) of
-/// the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m) is
-/// that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
-/// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric in
-/// k and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they
-/// are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).
-/// O(nv⁴).  Reads batch.q, batch.v, batch.tau, batch.external; writes d2a_dqdq into batch.result[0] (rows of nv × nv ×
-/// nv), d2a_dvdv into batch.result[1] (rows of nv × nv × nv), d2a_dqdv into batch.result[2] (rows of nv × nv × nv),
-/// d2a_dqdtau into batch.result[3] (rows of nv × nv × nv).
+/// Second derivatives d2a_dqdq (nv, nv, nv), d2a_dvdv (nv, nv, nv), d2a_dqdv (nv, nv, nv), d2a_dqdtau (nv, nv, nv) of the accelerations that forward dynamics
+/// gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m) is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and
+/// tau_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric in k and m unless
+/// both are of one joint with several coordinates.  External wrenches are held in the axes in which they are given, those of their links, which move, or of the
+/// world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  Reads batch.q, batch.v, batch.tau, batch.external; writes d2a_dqdq into batch.result[0]
+/// (rows of nv × nv × nv), d2a_dvdv into batch.result[1] (rows of nv × nv × nv), d2a_dqdv into batch.result[2] (rows of nv × nv × nv), d2a_dqdtau into
+/// batch.result[3] (rows of nv × nv × nv).
 template <class S>
 KSL_EXPORT void forward_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
-/// parameters it is the transmitted efforts Sᵀ f under gravity, without external wrenches (those of inverse_dynamics,
-/// if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has ten parameters: mass, mass ×
-/// centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth).  Reads batch.q, batch.v,
-/// batch.a, batch.links; writes Y into batch.result[0] (rows of nv × links.n × 10).
+/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their parameters it is the transmitted efforts Sᵀ
+/// f under gravity, without external wrenches (those of inverse_dynamics, if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has
+/// ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth).  Reads batch.q, batch.v, batch.a,
+/// batch.links; writes Y into batch.result[0] (rows of nv × links.n × 10).
 template <class S>
 KSL_EXPORT void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics
-/// with v = a = 0.  O(links × depth).  Reads batch.q, batch.links; writes Y into batch.result[0] (rows of nv × links.n
-/// × 10).
+/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics with v = a = 0.  O(links × depth).
+/// Reads batch.q, batch.links; writes Y into batch.result[0] (rows of nv × links.n × 10).
 template <class S>
 KSL_EXPORT void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a
-/// (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions under
-/// gravity, without external wrenches.  O(joints × links).  reaction_request by default: the whole wrench on the child
-/// side, about the joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a,
+/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a (nv): summed over all links with their
+/// parameters (those of inverse_dynamics_regressor) it is the reactions under gravity, without external wrenches.  O(joints × links).  reaction_request by
+/// default: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a,
 /// batch.joints; writes Y into batch.result[0] (rows of joints->n × 6 × all links × 10).
 template <class S>
 KSL_EXPORT void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
-/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J, of the
-/// links, without armature, reflected inertia of rotors and springs.  O(bodies + links).  Reads batch.q, batch.v,
-/// batch.links; writes kinetic into batch.result[0] (rows of links.n × 10), potential into batch.result[1] (rows of
-/// links.n × 10).
+/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all links with their parameters (those of
+/// inverse_dynamics_regressor) they are kinetic and potential energy, J, of the links, without armature, reflected inertia of rotors and springs.  O(bodies +
+/// links).  Reads batch.q, batch.v, batch.links; writes kinetic into batch.result[0] (rows of links.n × 10), potential into batch.result[1] (rows of links.n ×
+/// 10).
 template <class S>
 KSL_EXPORT void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed over
-/// links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies + links).  Reads
-/// batch.q, batch.v, batch.links, batch.frame.angular_first; writes P into batch.result[0] (rows of 6 × links.n × 10).
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed over links with their parameters (those of
+/// inverse_dynamics_regressor) it is their momentum.  O(bodies + links).  Reads batch.q, batch.v, batch.links, batch.frame.angular_first; writes P into
+/// batch.result[0] (rows of 6 × links.n × 10).
 template <class S>
 KSL_EXPORT void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several
-/// coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state estimation in
-/// robotics, 2018, section II-E).  O(joints).  Reads batch.q, batch.v (dv); writes q1 into batch.result[0] (rows of
-/// nq).
+/// Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several coordinates move along the exponential of
+/// their group (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  O(joints).  Reads batch.q, batch.v (dv); writes q1 into
+/// batch.result[0] (rows of nq).
 template <class S>
 KSL_EXPORT void integrate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà et
-/// al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  Angles of continuous joints are
-/// between −π and π; those of revolute joints are not reduced.  O(joints).  Reads batch.q (q0), batch.q1; writes dv
-/// into batch.result[0] (rows of nv).
+/// Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà et al., A micro Lie theory for state
+/// estimation in robotics, 2018, section II-E).  Angles of continuous joints are between −π and π; those of revolute joints are not reduced.  O(joints).  Reads
+/// batch.q (q0), batch.q1; writes dv into batch.result[0] (rows of nv).
 template <class S>
 KSL_EXPORT void difference_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where it
-/// is 1, on the shortest way and at constant joint velocity in between, and on the same way beyond.  O(joints).  Reads
-/// batch.q (q0), batch.q1, batch.fraction; writes between into batch.result[0] (rows of nq).
+/// Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where it is 1, on the shortest way and at
+/// constant joint velocity in between, and on the same way beyond.  O(joints).  Reads batch.q (q0), batch.q1, batch.fraction; writes between into
+/// batch.result[0] (rows of nq).
 template <class S>
 KSL_EXPORT void interpolate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order;
-/// by_q (nv, nv), by_dv (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
-/// III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q, batch.v (dv); writes by_q into batch.result[0]
-/// (rows of nv × nv), by_dv into batch.result[1] (rows of nv × nv).
+/// Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order; by_q (nv, nv), by_dv (nv, nv) (Solà et al.,
+/// A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q, batch.v (dv); writes
+/// by_q into batch.result[0] (rows of nv × nv), by_dv into batch.result[1] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void integrate_jacobians_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order;
-/// by_q0 (nv, nv), by_q1 (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
-/// III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q (q0), batch.q1; writes by_q0 into batch.result[0]
-/// (rows of nv × nv), by_q1 into batch.result[1] (rows of nv × nv).
+/// Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order; by_q0 (nv, nv), by_q1 (nv, nv) (Solà et
+/// al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q (q0), batch.q1;
+/// writes by_q0 into batch.result[0] (rows of nv × nv), by_q1 into batch.result[1] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void difference_jacobians_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

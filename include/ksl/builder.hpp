@@ -19,19 +19,19 @@ struct link_mass {
 
 /// What a joint may have besides kind, links and pose.  Vectors are in the joint's frame and of any length.
 struct joint_options {
-  std::optional<vec3<double>> axis,
-      axis2; ///< kinds with an axis, or with two, need them (planar: z if not given); others must not have them
+  /// kinds with an axis, or with two, need them (planar: z if not given); others must not have them
+  std::optional<vec3<double>> axis, axis2;
   optional_number pitch;            ///< m/rad, positive for a right-handed screw; helical joints need it
   optional_number lower, upper;     ///< of its first number, rad or m
   optional_number effort, velocity; ///< N m or N; rad/s or m/s
-  double damping = 0,
-         friction = 0; ///< of each coordinate (joint_description has the units); model_options::physics applies them
+  /// of each coordinate (joint_description has the units); model_options::physics applies them
+  double damping = 0, friction = 0;
   std::optional<mimic_description> mimic; ///< the joint that it follows, which may be added later
   optional_number friction_width;         ///< rad/s or m/s
   double armature = 0, rotor_inertia = 0, gear_ratio = 1;
   double spring_stiffness = 0, spring_rest = 0; ///< of joints with one coordinate
-  std::array<coordinate_limits, 2>
-      further; ///< limits of its second and third number: cylindrical, universal, planar, translation
+  /// limits of its second and third number: cylindrical, universal, planar, translation
+  std::array<coordinate_limits, 2> further;
 };
 
 /// What a joint that closes a loop may have besides kind, links and frames, as joint_options.

@@ -43,7 +43,7 @@ template <int n, class S> struct dual {
   dual(number x)
     requires(!is_number<S>)
       : dual(S(x)) {}
-  /// The same of a number of double precision, rounded to that of S.
+  /// A constant of double precision, rounded to the precision of S.
   template <class U>
     requires(__is_same(U, double) && !__is_same(number, double))
   explicit dual(U x) : dual(static_cast<number>(x)) {}

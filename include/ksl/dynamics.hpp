@@ -21,7 +21,7 @@ struct load_options {
 /// model is a link `world`; links that no joint carries float on it.
 KSL_EXPORT model load(const std::string &path, const model_options &options = {}, const load_options &how = {});
 
-/// The same from a text that is in memory: the contents of such a file.  `name` stands for the file in messages and in
+/// Reads the contents of such a file from memory.  `name` stands for the file in messages and in
 /// robot_description::file.
 KSL_EXPORT model load_text(const std::string &text, const model_options &options = {}, const load_options &how = {},
                            const std::string &name = "<string>");

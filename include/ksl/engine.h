@@ -28,7 +28,7 @@ KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 /** Reads a URDF or an SDF file; its root element says which.  options may be NULL.  Free the model with ksl_model_free. */
 KSL_EXPORT ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model);
 
-/** The same from a text in memory: `length` bytes, the contents of such a file.  Messages call it <string>. */
+/** Reads the contents of such a file from memory, `length` bytes.  Messages call it <string>. */
 KSL_EXPORT ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options,
                                               ksl_model_t **model);
 
@@ -107,8 +107,8 @@ typedef struct ksl_section_t {
   double normal[3]; /**< of the plane, in the link's axes, of any length; it points to the part beyond */
   ksl_section_share_t share;
   double fraction; /**< 0 to 1, with KSL_FRACTION */
-  double
-      inertia[10]; /**< of the part beyond, with KSL_INERTIA: m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin */
+  /** of the part beyond, with KSL_INERTIA: m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin */
+  double inertia[10];
   int beyond_n; /**< how many joints are listed; −1: none, those whose origins are beyond, where no joint has moved */
   const int *beyond;    /**< (beyond_n) of the joint that carries the link, those that it carries, and loops' at it */
   ksl_expressed_t axes; /**< KSL_IN_FRAME: those of the link */

@@ -34,8 +34,8 @@ typedef struct ksl_joint_options_t {
   double armature;                  /**< inertia that each coordinate feels besides that of the links, kg m² or kg */
   double rotor_inertia, gear_ratio; /**< of the motor's rotor, kg m²; its turns for each of the joint */
   double spring_stiffness, spring_rest; /**< N m/rad or N/m; rad or m; of joints with one coordinate */
-  double further_lower[2],
-      further_upper[2]; /**< of the second and third number: cylindrical, universal, planar, translation */
+  /** of the second and third number: cylindrical, universal, planar, translation */
+  double further_lower[2], further_upper[2];
 } ksl_joint_options_t;
 
 /** What a joint that closes a loop may have besides kind, links and frames.  Initialise it with ksl_loop_options(); NAN and NULL mean
@@ -141,7 +141,7 @@ KSL_EXPORT ksl_status_t ksl_model_without_loops(const ksl_model_t *model, ksl_mo
 /** The same robot, which has loops, with motors at these n joints and at no others. */
 KSL_EXPORT ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *joints, ksl_model_t **made);
 
-/** The same with a weight for each: where drives are more than freedoms, efforts are those with the least sum of weight x effort^2.  weights may
+/** The same robot with motors at these n joints, and a weight for each: where drives are more than freedoms, efforts are those with the least sum of weight x effort^2.  weights may
     be NULL: all 1. */
 KSL_EXPORT ksl_status_t ksl_model_with_weighted_drives(const ksl_model_t *model, int n, const int *joints,
                                                        const double *weights, ksl_model_t **made);
@@ -182,9 +182,9 @@ typedef struct ksl_joint_info_t {
   int q_index, v_index;  /**< where its numbers begin in q and in v; −1 for fixed joints and followers */
   int nq, nv;            /**< how many numbers it has in q and v; 0 for fixed joints and followers */
   int quaternion;        /**< where, within them, a unit quaternion [qx qy qz qw] begins; −1: it has none */
-  double axis[3],
-      axis2[3]; /**< unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
-  double pitch; /**< m/rad, of helical joints */
+  /** unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
+  double axis[3], axis2[3];
+  double pitch;              /**< m/rad, of helical joints */
   double lower[3], upper[3]; /**< limits of the numbers of its position, rad or m; infinite where there are none */
   double effort, velocity;   /**< limits, N m or N, rad/s or m/s; infinite where there are none */
 } ksl_joint_info_t;

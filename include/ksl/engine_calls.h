@@ -23,1247 +23,915 @@
 
 KSL_BEGIN_C
 
-/** Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches, by the recursive
-    Newton–Euler algorithm (Featherstone, RBDA 2008, table 5.1).  O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                             const double *v, const double *a, const ksl_external_t *external,
-                                             double *tau);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                              const float *v, const float *a, const ksl_externalf_t *external,
-                                              float *tau);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                   const double *a, ptrdiff_t a_stride, double *tau,
-                                                   ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                            const double *a, ptrdiff_t a_stride,
-                                                            const ksl_external_rows_t *external, double *tau,
-                                                            ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                    const float *a, ptrdiff_t a_stride, float *tau,
-                                                    ptrdiff_t tau_stride, int threads);
+/** Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches, by the recursive Newton–Euler algorithm (Featherstone, RBDA 2008,
+    table 5.1).  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                             const ksl_external_t *external, double *tau);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                              const ksl_externalf_t *external, float *tau);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   const double *a, ptrdiff_t a_stride, double *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                            ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external,
+                                                            double *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    const float *a, ptrdiff_t a_stride, float *tau, ptrdiff_t tau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride, int threads);
 
-/** Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under
-    gravity and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of
-    moving joints in their own frames are written during the backward pass of inverse dynamics, which costs less than
-    two calls.  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the
-    joint's origin, in the axes of the child link, linear first. */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, const double *a,
-                                                            const ksl_external_t *external, double *tau, int n,
-                                                            const int *joints, const ksl_reaction_options_t *options,
-                                                            double *wrenches);
+/** Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: what the
+    parent side exerts on the child side through each joint.  Reactions of moving joints in their own frames are written during the backward pass of inverse
+    dynamics, which costs less than two calls.  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the joint's
+    origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                            const ksl_external_t *external, double *tau, int n, const int *joints,
+                                                            const ksl_reaction_options_t *options, double *wrenches);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactionsf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
-    const ksl_externalf_t *external, float *tau, int n, const int *joints, const ksl_reaction_options_t *options,
-    float *wrenches);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, const ksl_externalf_t *external, float *tau, int n,
+    const int *joints, const ksl_reaction_options_t *options, float *wrenches);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *tau, ptrdiff_t tau_stride, int joints_n, const int *joints,
-    const ksl_reaction_options_t *options, double *wrenches, ptrdiff_t wrenches_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    double *tau, ptrdiff_t tau_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options, double *wrenches, ptrdiff_t wrenches_stride,
+    int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *tau, ptrdiff_t tau_stride,
-    int joints_n, const int *joints, const ksl_reaction_options_t *options, double *wrenches, ptrdiff_t wrenches_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    const ksl_external_rows_t *external, double *tau, ptrdiff_t tau_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    double *wrenches, ptrdiff_t wrenches_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *tau, ptrdiff_t tau_stride, int joints_n, const int *joints,
-    const ksl_reaction_options_t *options, float *wrenches, ptrdiff_t wrenches_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, float *tau,
+    ptrdiff_t tau_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options, float *wrenches, ptrdiff_t wrenches_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride,
-    int joints_n, const int *joints, const ksl_reaction_options_t *options, float *wrenches, ptrdiff_t wrenches_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    float *wrenches, ptrdiff_t wrenches_stride, int threads);
 
-/** Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
-    wrench that the parent side exerts on the child side through each joint, whole or its constraint, actuation or
-    coupling part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.  options may be NULL: the whole wrench
-    on the child side, about the joint's origin, in the axes of the child link, linear first. */
-KSL_EXPORT ksl_status_t ksl_reactions_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                            const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
-                                            int joints_n, const int *joints, const ksl_reaction_options_t *options,
+/** Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the wrench that the parent side exerts on
+    the child side through each joint, whole or its constraint, actuation or coupling part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.
+    options may be NULL: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                            const double *a, ptrdiff_t a_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
                                             double *wrenches, ptrdiff_t wrenches_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_reactions_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                     const double *a, ptrdiff_t a_stride,
-                                                     const ksl_external_rows_t *external, int joints_n,
-                                                     const int *joints, const ksl_reaction_options_t *options,
-                                                     double *wrenches, ptrdiff_t wrenches_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_reactions_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                             const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
-                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,
+KSL_EXPORT ksl_status_t ksl_reactions_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                     ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, int joints_n,
+                                                     const int *joints, const ksl_reaction_options_t *options, double *wrenches, ptrdiff_t wrenches_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                             const float *a, ptrdiff_t a_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
                                              float *wrenches, ptrdiff_t wrenches_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_reactions_external_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                      const float *a, ptrdiff_t a_stride,
-                                                      const ksl_external_rowsf_t *external, int joints_n,
-                                                      const int *joints, const ksl_reaction_options_t *options,
-                                                      float *wrenches, ptrdiff_t wrenches_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                      ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external,
+                                                      int joints_n, const int *joints, const ksl_reaction_options_t *options, float *wrenches,
+                                                      ptrdiff_t wrenches_stride, int threads);
 
-/** The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ
-    f, then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name
-    them.  O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_effort_parts(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                         const double *a, const ksl_external_t *external, double *parts);
-KSL_EXPORT ksl_status_t ksl_effort_partsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                          const float *a, const ksl_externalf_t *external, float *parts);
-KSL_EXPORT ksl_status_t ksl_effort_parts_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                               const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
-                                               double *parts, ptrdiff_t parts_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_effort_parts_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                        const double *a, ptrdiff_t a_stride,
-                                                        const ksl_external_rows_t *external, double *parts,
-                                                        ptrdiff_t parts_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_effort_parts_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
-                                                float *parts, ptrdiff_t parts_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_effort_parts_external_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                         const float *a, ptrdiff_t a_stride,
-                                                         const ksl_external_rowsf_t *external, float *parts,
-                                                         ptrdiff_t parts_stride, int threads);
+/** The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f, then what damping, dry friction, the
+    inertia of rotors and springs need, as far as the model's options name them.  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_effort_parts(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                         const ksl_external_t *external, double *parts);
+KSL_EXPORT ksl_status_t ksl_effort_partsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                          const ksl_externalf_t *external, float *parts);
+KSL_EXPORT ksl_status_t ksl_effort_parts_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                               const double *a, ptrdiff_t a_stride, double *parts, ptrdiff_t parts_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_effort_parts_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                        ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external,
+                                                        double *parts, ptrdiff_t parts_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_effort_parts_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                const float *a, ptrdiff_t a_stride, float *parts, ptrdiff_t parts_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_effort_parts_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                         ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external,
+                                                         float *parts, ptrdiff_t parts_stride, int threads);
 
-/** Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
-    O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                 const ksl_external_t *external, double *tau);
-KSL_EXPORT ksl_status_t ksl_biasf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                  const ksl_externalf_t *external, float *tau);
-KSL_EXPORT ksl_status_t ksl_bias_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                       const double *v, ptrdiff_t v_stride, double *tau, ptrdiff_t tau_stride,
-                                       int threads);
-KSL_EXPORT ksl_status_t ksl_bias_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                                const double *v, ptrdiff_t v_stride,
-                                                const ksl_external_rows_t *external, double *tau, ptrdiff_t tau_stride,
-                                                int threads);
-KSL_EXPORT ksl_status_t ksl_bias_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                        const float *v, ptrdiff_t v_stride, float *tau, ptrdiff_t tau_stride,
-                                        int threads);
-KSL_EXPORT ksl_status_t ksl_bias_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                 const float *v, ptrdiff_t v_stride,
-                                                 const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride,
+/** Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const ksl_external_t *external, double *tau);
+KSL_EXPORT ksl_status_t ksl_biasf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const ksl_externalf_t *external, float *tau);
+KSL_EXPORT ksl_status_t ksl_bias_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                       double *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_bias_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                const ksl_external_rows_t *external, double *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_bias_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, float *tau,
+                                        ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_bias_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                 const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride, int threads);
+
+/** Efforts tau (nv) that hold the mechanism at rest at q (nq): inverse dynamics with v = a = 0.  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_gravity_torque(const ksl_model_t *model, ksl_data_t *data, const double *q, const ksl_external_t *external, double *tau);
+KSL_EXPORT ksl_status_t ksl_gravity_torquef(const ksl_model_t *model, ksl_data_t *data, const float *q, const ksl_externalf_t *external, float *tau);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *tau, ptrdiff_t tau_stride,
                                                  int threads);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                          const ksl_external_rows_t *external, double *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *tau, ptrdiff_t tau_stride,
+                                                  int threads);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                           const ksl_external_rowsf_t *external, float *tau, ptrdiff_t tau_stride, int threads);
 
-/** Efforts tau (nv) that hold the mechanism at rest at q (nq): inverse dynamics with v = a = 0.  O(bodies).
-    external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_gravity_torque(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                           const ksl_external_t *external, double *tau);
-KSL_EXPORT ksl_status_t ksl_gravity_torquef(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                            const ksl_externalf_t *external, float *tau);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, double *tau, ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                          ptrdiff_t q_stride, const ksl_external_rows_t *external,
-                                                          double *tau, ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, float *tau, ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_external_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                           ptrdiff_t q_stride, const ksl_external_rowsf_t *external,
-                                                           float *tau, ptrdiff_t tau_stride, int threads);
-
-/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
-    articulated-body algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                             const double *v, const double *tau, const ksl_external_t *external,
-                                             double *a);
-KSL_EXPORT ksl_status_t ksl_forward_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                              const float *v, const float *tau, const ksl_externalf_t *external,
-                                              float *a);
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                   const double *tau, ptrdiff_t tau_stride, double *a,
-                                                   ptrdiff_t a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                            const double *tau, ptrdiff_t tau_stride,
-                                                            const ksl_external_rows_t *external, double *a,
-                                                            ptrdiff_t a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                    const float *tau, ptrdiff_t tau_stride, float *a,
-                                                    ptrdiff_t a_stride, int threads);
+/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the articulated-body algorithm (Featherstone,
+    RBDA 2008, table 7.1).  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau,
+                                             const ksl_external_t *external, double *a);
+KSL_EXPORT ksl_status_t ksl_forward_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
+                                              const ksl_externalf_t *external, float *a);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                            ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external,
+                                                            double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride, int threads);
 
-/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
-    mass matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  external may be
-    NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, const double *tau,
+/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass matrix, its factors and the bias
+    (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau,
                                                             const ksl_external_t *external, double *a);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrixf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
-    const ksl_externalf_t *external, float *a);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau, const ksl_externalf_t *external, float *a);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride,
+    double *a, ptrdiff_t a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride,
+    const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    float *a, ptrdiff_t a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride, int threads);
 
-/** Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
-    wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
-    efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                            const double *v, const double *a, const double *tau,
-                                            const ksl_external_t *external, int n, const int *links, double *a_out,
-                                            double *tau_out);
-KSL_EXPORT ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                             const float *a, const float *tau, const ksl_externalf_t *external, int n,
-                                             const int *links, float *a_out, float *tau_out);
-KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                  const double *a, ptrdiff_t a_stride, const double *tau,
-                                                  ptrdiff_t tau_stride, int links_n, const int *links, double *a_out,
-                                                  ptrdiff_t a_out_stride, double *tau_out, ptrdiff_t tau_out_stride,
-                                                  int threads);
-KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                           const double *a, ptrdiff_t a_stride, const double *tau,
-                                                           ptrdiff_t tau_stride, const ksl_external_rows_t *external,
-                                                           int links_n, const int *links, double *a_out,
-                                                           ptrdiff_t a_out_stride, double *tau_out,
-                                                           ptrdiff_t tau_out_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                   const float *a, ptrdiff_t a_stride, const float *tau,
-                                                   ptrdiff_t tau_stride, int links_n, const int *links, float *a_out,
-                                                   ptrdiff_t a_out_stride, float *tau_out, ptrdiff_t tau_out_stride,
-                                                   int threads);
-KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                            const float *a, ptrdiff_t a_stride, const float *tau,
-                                                            ptrdiff_t tau_stride, const ksl_external_rowsf_t *external,
-                                                            int links_n, const int *links, float *a_out,
-                                                            ptrdiff_t a_out_stride, float *tau_out,
-                                                            ptrdiff_t tau_out_stride, int threads);
+/** Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external wrenches.  Of the joints that carry the
+    links named, the accelerations a (nv) are given, and of the others the efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  external may
+    be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, const double *tau,
+                                            const ksl_external_t *external, int n, const int *links, double *a_out, double *tau_out);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, const float *tau,
+                                             const ksl_externalf_t *external, int n, const int *links, float *a_out, float *tau_out);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const double *a, ptrdiff_t a_stride, const double *tau, ptrdiff_t tau_stride, int links_n, const int *links,
+                                                  double *a_out, ptrdiff_t a_out_stride, double *tau_out, ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                           ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, const double *tau, ptrdiff_t tau_stride,
+                                                           const ksl_external_rows_t *external, int links_n, const int *links, double *a_out,
+                                                           ptrdiff_t a_out_stride, double *tau_out, ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const float *a, ptrdiff_t a_stride, const float *tau, ptrdiff_t tau_stride, int links_n, const int *links,
+                                                   float *a_out, ptrdiff_t a_out_stride, float *tau_out, ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                            ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, const float *tau, ptrdiff_t tau_stride,
+                                                            const ksl_external_rowsf_t *external, int links_n, const int *links, float *a_out,
+                                                            ptrdiff_t a_out_stride, float *tau_out, ptrdiff_t tau_out_stride, int threads);
 
-/** Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external
-    wrenches: M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  external may be NULL: no
-    wrench. */
-KSL_EXPORT ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                          const ksl_external_t *external, double *dv);
-KSL_EXPORT ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                           const ksl_externalf_t *external, float *dv);
-KSL_EXPORT ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                                const ksl_external_rows_t *external, double *dv, ptrdiff_t dv_stride,
-                                                int threads);
-KSL_EXPORT ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                 const ksl_external_rowsf_t *external, float *dv, ptrdiff_t dv_stride,
-                                                 int threads);
+/** Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches: M dv = Σ Jᵀ impulse (Featherstone,
+    RBDA 2008, section 11.7).  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q, const ksl_external_t *external, double *dv);
+KSL_EXPORT ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q, const ksl_externalf_t *external, float *dv);
+KSL_EXPORT ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const ksl_external_rows_t *external,
+                                                double *dv, ptrdiff_t dv_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const ksl_external_rowsf_t *external,
+                                                 float *dv, ptrdiff_t dv_stride, int threads);
 
-/** Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm
-    (Featherstone, RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth). */
+/** Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2): tau = M a +
+    bias.  O(bodies × depth). */
 KSL_EXPORT ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                              double *M, ptrdiff_t M_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                               float *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *M, ptrdiff_t M_stride,
+                                              int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *M, ptrdiff_t M_stride,
+                                               int threads);
 
-/** Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the
-    diagonal are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies ×
-    depth). */
+/** Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal are left as they are.
+    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth). */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                    ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                     ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *M, ptrdiff_t M_stride,
+                                                    int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *M, ptrdiff_t M_stride,
+                                                     int threads);
 
-/** The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero,
-    row by row, for q (nq).  A row has the columns of the joints on the path from the ground, the diagonal last.
-    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-    models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper. */
+/** The elements M (tree) of the lower triangle of the mass matrix that the shape of the tree lets differ from zero, row by row, for q (nq).  A row has the
+    columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section
+    6.5); O(bodies × depth).  Not for models with mimic joints, whose mass matrix has other zeros: use mass_matrix_upper. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                   ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                    ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *M, ptrdiff_t M_stride,
+                                                   int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *M, ptrdiff_t M_stride,
+                                                    int threads);
 
-/** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements
-    of L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table
-    6.3).  O(nv × depth²).  Not for models with mimic joints: use solve_mass_matrix or mass_matrix_inverse. */
+/** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of L in the layout of mass_matrix_tree,
+    with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).  Not for models with mimic joints: use solve_mass_matrix or
+    mass_matrix_inverse. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, double *LD, ptrdiff_t LD_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, float *LD, ptrdiff_t LD_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *LD, ptrdiff_t LD_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *LD, ptrdiff_t LD_stride,
+                                                      int threads);
 
-/** Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as
-    the tree.  O(nv² × depth). */
+/** Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the tree.  O(nv² × depth). */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, double *W);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *W);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                      ptrdiff_t q_stride, double *W, ptrdiff_t W_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                       ptrdiff_t q_stride, float *W, ptrdiff_t W_stride, int threads);
-
-/** Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body
-    algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                              const double *tau, double *a);
-KSL_EXPORT ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                               const float *tau, float *a);
-KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                    ptrdiff_t q_stride, const double *tau, ptrdiff_t tau_stride,
-                                                    double *a, ptrdiff_t a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                     ptrdiff_t q_stride, const float *tau, ptrdiff_t tau_stride,
-                                                     float *a, ptrdiff_t a_stride, int threads);
-
-/** Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and
-    friction need.  Of the matrices with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is
-    skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth). */
-KSL_EXPORT ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                            const double *v, double *C);
-KSL_EXPORT ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                             float *C);
-KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, double *C,
-                                                  ptrdiff_t C_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, float *C,
-                                                   ptrdiff_t C_stride, int threads);
-
-/** Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
-    twice.  All are computed from one walk over the bodies: O(bodies + links). */
-KSL_EXPORT ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
-                                        const int *links, double *poses);
-KSL_EXPORT ksl_status_t ksl_frame_posesf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
-                                         const int *links, float *poses);
-KSL_EXPORT ksl_status_t ksl_frame_poses_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                              int links_n, const int *links, double *poses, ptrdiff_t poses_stride,
-                                              int threads);
-KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                               int links_n, const int *links, float *poses, ptrdiff_t poses_stride,
-                                               int threads);
-
-/** Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
-    options may be NULL: about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                           int link, const ksl_frame_options_t *options, double *twist);
-KSL_EXPORT ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                            int link, const ksl_frame_options_t *options, float *twist);
-KSL_EXPORT ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
-                                                 const ksl_frame_options_t *options, double *twist,
-                                                 ptrdiff_t twist_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
-                                                  const ksl_frame_options_t *options, float *twist,
-                                                  ptrdiff_t twist_stride, int threads);
-
-/** Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from
-    one walk over the bodies that carry any of them.  O(bodies + links).  options may be NULL: about the frame's
-    origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                             const double *v, int n, const int *links,
-                                             const ksl_frame_options_t *options, double *twists);
-KSL_EXPORT ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                              const float *v, int n, const int *links,
-                                              const ksl_frame_options_t *options, float *twists);
-KSL_EXPORT ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int links_n,
-                                                   const int *links, const ksl_frame_options_t *options, double *twists,
-                                                   ptrdiff_t twists_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int links_n,
-                                                    const int *links, const ksl_frame_options_t *options, float *twists,
-                                                    ptrdiff_t twists_stride, int threads);
-
-/** Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone,
-    RBDA 2008, eq. (5.15) and section 2.11).  O(depth).  options may be NULL: about the frame's origin, in its axes,
-    linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                               const double *v, const double *a, int link,
-                                               const ksl_frame_options_t *options, double *acceleration);
-KSL_EXPORT ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                const float *v, const float *a, int link,
-                                                const ksl_frame_options_t *options, float *acceleration);
-KSL_EXPORT ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                     const double *a, ptrdiff_t a_stride, int link,
-                                                     const ksl_frame_options_t *options, double *acceleration,
-                                                     ptrdiff_t acceleration_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                      const float *a, ptrdiff_t a_stride, int link,
-                                                      const ksl_frame_options_t *options, float *acceleration,
-                                                      ptrdiff_t acceleration_stride, int threads);
-
-/** Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link
-    may come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
-    options may be NULL: about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                const double *v, const double *a, int n, const int *links,
-                                                const ksl_frame_options_t *options, double *accelerations);
-KSL_EXPORT ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                 const float *v, const float *a, int n, const int *links,
-                                                 const ksl_frame_options_t *options, float *accelerations);
-KSL_EXPORT ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                      const double *a, ptrdiff_t a_stride, int links_n,
-                                                      const int *links, const ksl_frame_options_t *options,
-                                                      double *accelerations, ptrdiff_t accelerations_stride,
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *W, ptrdiff_t W_stride,
                                                       int threads);
-KSL_EXPORT ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                       const float *a, ptrdiff_t a_stride, int links_n,
-                                                       const int *links, const ksl_frame_options_t *options,
-                                                       float *accelerations, ptrdiff_t accelerations_stride,
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *W, ptrdiff_t W_stride,
                                                        int threads);
 
-/** Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
-    options name.  O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                           int link, const ksl_frame_options_t *options, double *velocity);
-KSL_EXPORT ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                            int link, const ksl_frame_options_t *options, float *velocity);
-KSL_EXPORT ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
-                                                 const ksl_frame_options_t *options, double *velocity,
-                                                 ptrdiff_t velocity_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
-                                                  const ksl_frame_options_t *options, float *velocity,
-                                                  ptrdiff_t velocity_stride, int threads);
+/** Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm (Featherstone, RBDA 2008, table
+    7.1).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *tau, double *a);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *tau, float *a);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *tau,
+                                                    ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *tau,
+                                                     ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
 
-/** Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
-    gravity; in the axes that the options name.  O(depth).  options may be NULL: about the frame's origin, in its
-    axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                               const double *v, const double *a, int link,
-                                               const ksl_frame_options_t *options, double *acceleration);
-KSL_EXPORT ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                const float *v, const float *a, int link,
-                                                const ksl_frame_options_t *options, float *acceleration);
-KSL_EXPORT ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                     const double *a, ptrdiff_t a_stride, int link,
-                                                     const ksl_frame_options_t *options, double *acceleration,
-                                                     ptrdiff_t acceleration_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                      const float *a, ptrdiff_t a_stride, int link,
-                                                      const ksl_frame_options_t *options, float *acceleration,
-                                                      ptrdiff_t acceleration_stride, int threads);
+/** Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and friction need.  Of the matrices with
+    this property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *C);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *C);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  double *C, ptrdiff_t C_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   float *C, ptrdiff_t C_stride, int threads);
 
-/** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008,
-    eq. (4.14)).  O(depth), besides writing 6 nv numbers.  options may be NULL: about the frame's origin, in its
-    axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
-                                     const ksl_frame_options_t *options, double *J);
-KSL_EXPORT ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
-                                      const ksl_frame_options_t *options, float *J);
-KSL_EXPORT ksl_status_t ksl_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                           int link, const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride,
-                                           int threads);
-KSL_EXPORT ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                            int link, const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
-                                            int threads);
+/** Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come twice.  All are computed from one walk
+    over the bodies: O(bodies + links). */
+KSL_EXPORT ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links, double *poses);
+KSL_EXPORT ksl_status_t ksl_frame_posesf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links, float *poses);
+KSL_EXPORT ksl_status_t ksl_frame_poses_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n, const int *links,
+                                              double *poses, ptrdiff_t poses_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
+                                               float *poses, ptrdiff_t poses_stride, int threads);
 
-/** Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate
-    of J v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  options may be NULL: about the frame's origin,
+/** Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).  options may be NULL: about the frame's origin,
     in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                          int link, const ksl_frame_options_t *options, double *rate);
-KSL_EXPORT ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                           int link, const ksl_frame_options_t *options, float *rate);
-KSL_EXPORT ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                                const double *v, ptrdiff_t v_stride, int link,
-                                                const ksl_frame_options_t *options, double *rate, ptrdiff_t rate_stride,
-                                                int threads);
-KSL_EXPORT ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                 const float *v, ptrdiff_t v_stride, int link,
-                                                 const ksl_frame_options_t *options, float *rate, ptrdiff_t rate_stride,
-                                                 int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                           const ksl_frame_options_t *options, double *twist);
+KSL_EXPORT ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                            const ksl_frame_options_t *options, float *twist);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                 int link, const ksl_frame_options_t *options, double *twist, ptrdiff_t twist_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                  int link, const ksl_frame_options_t *options, float *twist, ptrdiff_t twist_stride, int threads);
 
-/** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the
-    options has an effect.  O(joints between the links).  options may be NULL: about the frame's origin, in its axes,
-    linear first. */
-KSL_EXPORT ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
-                                          int seen_from, const ksl_frame_options_t *options, double *pose);
-KSL_EXPORT ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
-                                           int seen_from, const ksl_frame_options_t *options, float *pose);
-KSL_EXPORT ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                                int link, int seen_from, const ksl_frame_options_t *options,
-                                                double *pose, ptrdiff_t pose_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                 int link, int seen_from, const ksl_frame_options_t *options,
-                                                 float *pose, ptrdiff_t pose_stride, int threads);
-
-/** Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the
-    place of the world in the options.  O(joints between the links).  options may be NULL: about the frame's origin,
-    in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                              const double *v, int link, int seen_from,
-                                              const ksl_frame_options_t *options, double *twist);
-KSL_EXPORT ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                               const float *v, int link, int seen_from,
-                                               const ksl_frame_options_t *options, float *twist);
-KSL_EXPORT ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
-                                                    int seen_from, const ksl_frame_options_t *options, double *twist,
-                                                    ptrdiff_t twist_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
-                                                     int seen_from, const ksl_frame_options_t *options, float *twist,
-                                                     ptrdiff_t twist_stride, int threads);
-
-/** Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
-    velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
-    writing 6 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
-                                              int seen_from, const ksl_frame_options_t *options, double *J);
-KSL_EXPORT ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
-                                               int seen_from, const ksl_frame_options_t *options, float *J);
-KSL_EXPORT ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                    ptrdiff_t q_stride, int link, int seen_from,
-                                                    const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride,
+/** Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from one walk over the bodies that carry any
+    of them.  O(bodies + links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n, const int *links,
+                                             const ksl_frame_options_t *options, double *twists);
+KSL_EXPORT ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n, const int *links,
+                                              const ksl_frame_options_t *options, float *twists);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   int links_n, const int *links, const ksl_frame_options_t *options, double *twists, ptrdiff_t twists_stride,
+                                                   int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    int links_n, const int *links, const ksl_frame_options_t *options, float *twists, ptrdiff_t twists_stride,
                                                     int threads);
-KSL_EXPORT ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                     ptrdiff_t q_stride, int link, int seen_from,
-                                                     const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
+
+/** Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA 2008, eq. (5.15) and section 2.11).
+    O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, int link,
+                                               const ksl_frame_options_t *options, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int link,
+                                                const ksl_frame_options_t *options, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                     ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options,
+                                                     double *acceleration, ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                      ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options,
+                                                      float *acceleration, ptrdiff_t acceleration_stride, int threads);
+
+/** Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link may come twice.  All are computed from
+    one walk over the bodies that carry any of them.  O(bodies + links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, int n,
+                                                const int *links, const ksl_frame_options_t *options, double *accelerations);
+KSL_EXPORT ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int n,
+                                                 const int *links, const ksl_frame_options_t *options, float *accelerations);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                      ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, int links_n, const int *links,
+                                                      const ksl_frame_options_t *options, double *accelerations, ptrdiff_t accelerations_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                       ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int links_n, const int *links,
+                                                       const ksl_frame_options_t *options, float *accelerations, ptrdiff_t accelerations_stride, int threads);
+
+/** Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the options name.  O(depth).  options may be
+    NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                           const ksl_frame_options_t *options, double *velocity);
+KSL_EXPORT ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                            const ksl_frame_options_t *options, float *velocity);
+KSL_EXPORT ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                 int link, const ksl_frame_options_t *options, double *velocity, ptrdiff_t velocity_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                  int link, const ksl_frame_options_t *options, float *velocity, ptrdiff_t velocity_stride, int threads);
+
+/** Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without gravity; in the axes that the options
+    name.  O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, int link,
+                                               const ksl_frame_options_t *options, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int link,
+                                                const ksl_frame_options_t *options, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                     ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options,
+                                                     double *acceleration, ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                      ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options,
+                                                      float *acceleration, ptrdiff_t acceleration_stride, int threads);
+
+/** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq. (4.14)).  O(depth), besides writing 6
+    nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, const ksl_frame_options_t *options, double *J);
+KSL_EXPORT ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, const ksl_frame_options_t *options, float *J);
+KSL_EXPORT ksl_status_t ksl_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link,
+                                           const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link,
+                                            const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride, int threads);
+
+/** Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J v (Featherstone, RBDA 2008, eqs.
+    (2.45), (3.35)).  O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                          const ksl_frame_options_t *options, double *rate);
+KSL_EXPORT ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                           const ksl_frame_options_t *options, float *rate);
+KSL_EXPORT ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                int link, const ksl_frame_options_t *options, double *rate, ptrdiff_t rate_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                 int link, const ksl_frame_options_t *options, float *rate, ptrdiff_t rate_stride, int threads);
+
+/** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); only the offset of the options has an effect.  O(joints between
+    the links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                                          const ksl_frame_options_t *options, double *pose);
+KSL_EXPORT ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                           const ksl_frame_options_t *options, float *pose);
+KSL_EXPORT ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link, int seen_from,
+                                                const ksl_frame_options_t *options, double *pose, ptrdiff_t pose_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link, int seen_from,
+                                                 const ksl_frame_options_t *options, float *pose, ptrdiff_t pose_stride, int threads);
+
+/** Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place of the world in the options.
+    O(joints between the links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link, int seen_from,
+                                              const ksl_frame_options_t *options, double *twist);
+KSL_EXPORT ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link, int seen_from,
+                                               const ksl_frame_options_t *options, float *twist);
+KSL_EXPORT ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                    ptrdiff_t v_stride, int link, int seen_from, const ksl_frame_options_t *options, double *twist,
+                                                    ptrdiff_t twist_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     int link, int seen_from, const ksl_frame_options_t *options, float *twist, ptrdiff_t twist_stride,
                                                      int threads);
 
-/** Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates
-    of all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as
-    many frames as the model has links.  O(bodies + n² depth).  options may be NULL: about the frame's origin, in its
-    axes, linear first. */
+/** Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative velocity.  Columns of joints that don't lie
+    between the links are zero.  O(joints between the links), besides writing 6 nv numbers.  options may be NULL: about the frame's origin, in its axes,
+    linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                                              const ksl_frame_options_t *options, double *J);
+KSL_EXPORT ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                               const ksl_frame_options_t *options, float *J);
+KSL_EXPORT ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link, int seen_from,
+                                                    const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link, int seen_from,
+                                                     const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride, int threads);
+
+/** Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of all their twists for a unit wrench
+    on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many frames as the model has links.  O(bodies + n² depth).  options may be
+    NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse(
-    const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
-    const ksl_frame_options_t *options, double *inverse);
+    const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links, const ksl_frame_options_t *options, double *inverse);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inversef(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links,
-    const ksl_frame_options_t *options, float *inverse);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links, const ksl_frame_options_t *options, float *inverse);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n, const int *links,
-    const ksl_frame_options_t *options, double *inverse, ptrdiff_t inverse_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n, const int *links, const ksl_frame_options_t *options, double *inverse,
+    ptrdiff_t inverse_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
-    const ksl_frame_options_t *options, float *inverse, ptrdiff_t inverse_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *inverse,
+    ptrdiff_t inverse_stride, int threads);
 
-/** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-    rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
-    many frames as the model has links.  O(bodies + n² depth + n³).  options may be NULL: about the frame's origin,
-    in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                      int n, const int *links, const ksl_frame_options_t *options,
-                                                      double *inertia, double *rank);
-KSL_EXPORT ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                       int n, const int *links, const ksl_frame_options_t *options,
-                                                       float *inertia, float *rank);
-KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                            ptrdiff_t q_stride, int links_n, const int *links,
-                                                            const ksl_frame_options_t *options, double *inertia,
-                                                            ptrdiff_t inertia_stride, double *rank,
-                                                            ptrdiff_t rank_stride, int threads);
+/** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its rank.  Where it is singular, as many
+    directions as the rank are inverted, and the others have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  options may
+    be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
+                                                      const ksl_frame_options_t *options, double *inertia, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links,
+                                                       const ksl_frame_options_t *options, float *inertia, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n,
+                                                            const int *links, const ksl_frame_options_t *options, double *inertia, ptrdiff_t inertia_stride,
+                                                            double *rank, ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
-    const ksl_frame_options_t *options, float *inertia, ptrdiff_t inertia_stride, float *rank, ptrdiff_t rank_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *inertia,
+    ptrdiff_t inertia_stride, float *rank, ptrdiff_t rank_stride, int threads);
 
-/** Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for
-    wrenches F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links);
-    bias (6 links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹
-    Jᵀ inertia; rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.
-    O(n bodies + n² depth + n³).  external may be NULL: no wrench.  options may be NULL: about the frame's origin, in
-    its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                              const double *v, const ksl_external_t *external, int n, const int *links,
-                                              const ksl_frame_options_t *options, double *inertia, double *bias,
+/** Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches F on the frames, no efforts, and
+    rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6 links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints;
+    pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia; rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n
+    bodies + n² depth + n³).  external may be NULL: no wrench.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const ksl_external_t *external,
+                                              int n, const int *links, const ksl_frame_options_t *options, double *inertia, double *bias,
                                               double *pseudo_inverse, double *rank);
-KSL_EXPORT ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                               const float *v, const ksl_externalf_t *external, int n, const int *links,
-                                               const ksl_frame_options_t *options, float *inertia, float *bias,
-                                               float *pseudo_inverse, float *rank);
-KSL_EXPORT ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                    int links_n, const int *links, const ksl_frame_options_t *options,
-                                                    double *inertia, ptrdiff_t inertia_stride, double *bias,
-                                                    ptrdiff_t bias_stride, double *pseudo_inverse,
-                                                    ptrdiff_t pseudo_inverse_stride, double *rank,
-                                                    ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const ksl_externalf_t *external,
+                                               int n, const int *links, const ksl_frame_options_t *options, float *inertia, float *bias, float *pseudo_inverse,
+                                               float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                    ptrdiff_t v_stride, int links_n, const int *links, const ksl_frame_options_t *options, double *inertia,
+                                                    ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
+                                                    ptrdiff_t pseudo_inverse_stride, double *rank, ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const ksl_external_rows_t *external, int links_n, const int *links, const ksl_frame_options_t *options,
-    double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
-    ptrdiff_t pseudo_inverse_stride, double *rank, ptrdiff_t rank_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                     int links_n, const int *links, const ksl_frame_options_t *options,
-                                                     float *inertia, ptrdiff_t inertia_stride, float *bias,
-                                                     ptrdiff_t bias_stride, float *pseudo_inverse,
-                                                     ptrdiff_t pseudo_inverse_stride, float *rank,
-                                                     ptrdiff_t rank_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const ksl_external_rows_t *external,
+    int links_n, const int *links, const ksl_frame_options_t *options, double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+    double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, double *rank, ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     int links_n, const int *links, const ksl_frame_options_t *options, float *inertia,
+                                                     ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
+                                                     ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const ksl_external_rowsf_t *external, int links_n, const int *links, const ksl_frame_options_t *options,
-    float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
-    ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const ksl_external_rowsf_t *external,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+    float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride, int threads);
 
-/** Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the
-    world's origin.  Armature, rotors and springs are included if the model's options name them.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                   double *kinetic, double *potential);
-KSL_EXPORT ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                    float *kinetic, float *potential);
-KSL_EXPORT ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                         const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
-                                         double *potential, ptrdiff_t potential_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                          const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
-                                          float *potential, ptrdiff_t potential_stride, int threads);
+/** Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's origin.  Armature, rotors and springs
+    are included if the model's options name them.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic, double *potential);
+KSL_EXPORT ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *kinetic, float *potential);
+KSL_EXPORT ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                         double *kinetic, ptrdiff_t kinetic_stride, double *potential, ptrdiff_t potential_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                          float *kinetic, ptrdiff_t kinetic_stride, float *potential, ptrdiff_t potential_stride, int threads);
 
-/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without
-    wrenches it is zero.  O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                           const ksl_external_t *external, double *power);
-KSL_EXPORT ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                            const ksl_externalf_t *external, float *power);
-KSL_EXPORT ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                 const ksl_external_rows_t *external, double *power,
-                                                 ptrdiff_t power_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                  const ksl_external_rowsf_t *external, float *power,
-                                                  ptrdiff_t power_stride, int threads);
+/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without wrenches it is zero.  O(bodies).  external
+    may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const ksl_external_t *external,
+                                           double *power);
+KSL_EXPORT ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const ksl_externalf_t *external,
+                                            float *power);
+KSL_EXPORT ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                 const ksl_external_rows_t *external, double *power, ptrdiff_t power_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                  const ksl_external_rowsf_t *external, float *power, ptrdiff_t power_stride, int threads);
 
-/** Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
-    count.  NaN where nothing that moves has mass.  O(bodies). */
+/** Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't count.  NaN where nothing that moves
+    has mass.  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_center_of_mass(const ksl_model_t *model, ksl_data_t *data, const double *q, double *center);
 KSL_EXPORT ksl_status_t ksl_center_of_massf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *center);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, double *center, ptrdiff_t center_stride,
-                                                 int threads);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, float *center, ptrdiff_t center_stride,
-                                                  int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *center,
+                                                 ptrdiff_t center_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *center,
+                                                  ptrdiff_t center_stride, int threads);
 
-/** Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
-    welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                    double *J);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                     float *J);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                          ptrdiff_t q_stride, double *J, ptrdiff_t J_stride,
-                                                          int threads);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                           ptrdiff_t q_stride, float *J, ptrdiff_t J_stride,
+/** Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links welded to the ground don't count.  NaN
+    where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, double *J);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *J);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *J,
+                                                          ptrdiff_t J_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *J, ptrdiff_t J_stride,
                                                            int threads);
 
-/** Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
-    ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                    const double *v, double *velocity);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                     const float *v, float *velocity);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                          ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                          double *velocity, ptrdiff_t velocity_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                           ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                           float *velocity, ptrdiff_t velocity_stride, int threads);
+/** Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the ground don't count.  NaN where nothing
+    that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *velocity);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *velocity);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                          ptrdiff_t v_stride, double *velocity, ptrdiff_t velocity_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                           ptrdiff_t v_stride, float *velocity, ptrdiff_t velocity_stride, int threads);
 
-/** Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
-    Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.
-    O(bodies). */
-KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                        const double *v, const double *a, double *acceleration);
-KSL_EXPORT ksl_status_t ksl_center_of_mass_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                         const float *v, const float *a, float *acceleration);
+/** Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).  Gravity doesn't enter.  Links welded to
+    the ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                        double *acceleration);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                                         float *acceleration);
 KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *acceleration, ptrdiff_t acceleration_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    double *acceleration, ptrdiff_t acceleration_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *acceleration, ptrdiff_t acceleration_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    float *acceleration, ptrdiff_t acceleration_stride, int threads);
 
-/** Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the
-    bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                const double *v, ksl_order_t order, double *momentum);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                 const float *v, ksl_order_t order, float *momentum);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                      ksl_order_t order, double *momentum, ptrdiff_t momentum_stride,
-                                                      int threads);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                       ksl_order_t order, float *momentum, ptrdiff_t momentum_stride,
-                                                       int threads);
+/** Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the bodies that move (Orin, Goswami, Lee,
+    Autonomous Robots 35, 2013, eq. (7)).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, ksl_order_t order,
+                                                double *momentum);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, ksl_order_t order,
+                                                 float *momentum);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                      ptrdiff_t v_stride, ksl_order_t order, double *momentum, ptrdiff_t momentum_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                       ptrdiff_t v_stride, ksl_order_t order, float *momentum, ptrdiff_t momentum_stride, int threads);
 
-/** Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass,
-    in the world's axes (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                       ksl_order_t order, double *matrix);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                        ksl_order_t order, float *matrix);
+/** Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in the world's axes (Orin, Goswami, Lee,
+    Autonomous Robots 35, 2013, section 4).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, ksl_order_t order, double *matrix);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, ksl_order_t order, float *matrix);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, ksl_order_t order, double *matrix,
-    ptrdiff_t matrix_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, ksl_order_t order, double *matrix, ptrdiff_t matrix_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, ksl_order_t order, float *matrix,
-    ptrdiff_t matrix_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, ksl_order_t order, float *matrix, ptrdiff_t matrix_stride, int threads);
 
-/** Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv):
-    the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                     const double *v, const double *a, ksl_order_t order, double *rate);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                      const float *v, const float *a, ksl_order_t order, float *rate);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                           const double *a, ptrdiff_t a_stride, ksl_order_t order,
-                                                           double *rate, ptrdiff_t rate_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                            const float *a, ptrdiff_t a_stride, ksl_order_t order,
-                                                            float *rate, ptrdiff_t rate_stride, int threads);
+/** Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv): the sum of all external wrenches, those
+    of gravity and of the ground among them.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                     ksl_order_t order, double *rate);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                                      ksl_order_t order, float *rate);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                           ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, ksl_order_t order, double *rate,
+                                                           ptrdiff_t rate_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                            ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, ksl_order_t order, float *rate,
+                                                            ptrdiff_t rate_stride, int threads);
 
-/** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
-    for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q
-    ⊕ s e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in the axes in
-    which they are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2),
+/** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each
+    row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the mass matrix.
+    External wrenches are held in the axes in which they are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2),
     2022).  O(bodies × depth).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                         const double *v, const double *a,
-                                                         const ksl_external_t *external, double *dtau_dq,
-                                                         double *dtau_dv, double *dtau_da);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                          const float *v, const float *a,
-                                                          const ksl_externalf_t *external, float *dtau_dq,
-                                                          float *dtau_dv, float *dtau_da);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                         const ksl_external_t *external, double *dtau_dq, double *dtau_dv, double *dtau_da);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                                          const ksl_externalf_t *external, float *dtau_dq, float *dtau_dv, float *dtau_da);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *dtau_dq, ptrdiff_t dtau_dq_stride, double *dtau_dv,
-    ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    double *dtau_dq, ptrdiff_t dtau_dq_stride, double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride,
-    double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride, double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da,
+    ptrdiff_t dtau_da_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *dtau_dq, ptrdiff_t dtau_dq_stride, float *dtau_dv,
-    ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    float *dtau_dq, ptrdiff_t dtau_dq_stride, float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
-    float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride, float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da,
+    ptrdiff_t dtau_da_stride, int threads);
 
-/** Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse
-    dynamics gives for q (nq), v (nv), a (nv), without external wrenches: the derivatives of the efforts, transposed,
-    times the weights, and none of these matrices is computed.  By q is along q ⊕ s e_k with v and a held
-    componentwise (reverse accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                      const double *v, const double *a, const double *weights,
-                                                      double *by_q, double *by_v, double *by_a);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradientf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                       const float *v, const float *a, const float *weights,
-                                                       float *by_q, float *by_v, float *by_a);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                            const double *a, ptrdiff_t a_stride, const double *weights,
-                                                            ptrdiff_t weights_stride, double *by_q,
-                                                            ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+/** Gradients by_q (nv), by_v (nv), by_a (nv) of the sum of weights (nv) times the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv),
+    without external wrenches: the derivatives of the efforts, transposed, times the weights, and none of these matrices is computed.  By q is along q ⊕ s
+    e_k with v and a held componentwise (reverse accumulation: Griewank and Walther, Evaluating Derivatives, 2008, chapter 3).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                      const double *weights, double *by_q, double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradientf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                                       const float *weights, float *by_q, float *by_v, float *by_a);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                            ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, const double *weights,
+                                                            ptrdiff_t weights_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
                                                             double *by_a, ptrdiff_t by_a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_gradient_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const float *weights, ptrdiff_t weights_stride, float *by_q,
-    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    const float *weights, ptrdiff_t weights_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride,
+    int threads);
 
-/** Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that
-    hold it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their
-    links, which move, or of the world.  O(bodies × depth).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_stiffness(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                      const ksl_external_t *external, double *K);
-KSL_EXPORT ksl_status_t ksl_stiffnessf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                       const ksl_externalf_t *external, float *K);
-KSL_EXPORT ksl_status_t ksl_stiffness_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                            double *K, ptrdiff_t K_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_stiffness_external_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, const ksl_external_rows_t *external, double *K,
-                                                     ptrdiff_t K_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_stiffness_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                             float *K, ptrdiff_t K_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_stiffness_external_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, const ksl_external_rowsf_t *external,
-                                                      float *K, ptrdiff_t K_stride, int threads);
+/** Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold it, those of gravity_torque.
+    External wrenches are held in the axes in which they are given, those of their links, which move, or of the world.  O(bodies × depth).  external may be
+    NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_stiffness(const ksl_model_t *model, ksl_data_t *data, const double *q, const ksl_external_t *external, double *K);
+KSL_EXPORT ksl_status_t ksl_stiffnessf(const ksl_model_t *model, ksl_data_t *data, const float *q, const ksl_externalf_t *external, float *K);
+KSL_EXPORT ksl_status_t ksl_stiffness_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *K, ptrdiff_t K_stride,
+                                            int threads);
+KSL_EXPORT ksl_status_t ksl_stiffness_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                     const ksl_external_rows_t *external, double *K, ptrdiff_t K_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_stiffness_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *K, ptrdiff_t K_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_stiffness_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                      const ksl_external_rowsf_t *external, float *K, ptrdiff_t K_stride, int threads);
 
-/** Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for
-    q (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is
-    along q ⊕ s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches
-    are held in the axes in which they are given, those of their links, which move, or of the world (Carpentier and
+/** Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each
+    row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕ s e_k with v and tau held componentwise; by tau is the inverse of
+    the mass matrix.  External wrenches are held in the axes in which they are given, those of their links, which move, or of the world (Carpentier and
     Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                         const double *v, const double *tau,
-                                                         const ksl_external_t *external, double *da_dq, double *da_dv,
-                                                         double *da_dtau);
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                          const float *v, const float *tau,
-                                                          const ksl_externalf_t *external, float *da_dq, float *da_dv,
-                                                          float *da_dtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau,
+                                                         const ksl_external_t *external, double *da_dq, double *da_dv, double *da_dtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
+                                                          const ksl_externalf_t *external, float *da_dq, float *da_dv, float *da_dtau);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *tau, ptrdiff_t tau_stride, double *da_dq, ptrdiff_t da_dq_stride, double *da_dv,
-    ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride,
+    double *da_dq, ptrdiff_t da_dq_stride, double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride,
-    double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride,
+    const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride, double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau,
+    ptrdiff_t da_dtau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, float *da_dq, ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride,
-    float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    float *da_dq, ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride,
-    float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride,
+    int threads);
 
-/** Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that
-    are asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested
-    point, of the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are
-    held in the axes in which they are given, those of their links, which move, or of the world (after Singh,
-    Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).  external may be NULL: no wrench.  options may be NULL: the
-    whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
-KSL_EXPORT ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                  const double *v, const double *a, const ksl_external_t *external,
-                                                  int n, const int *joints, const ksl_reaction_options_t *options,
-                                                  double *by_q, double *by_v, double *by_a);
-KSL_EXPORT ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                   const float *v, const float *a, const ksl_externalf_t *external,
-                                                   int n, const int *joints, const ksl_reaction_options_t *options,
+/** Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are asked for, for q (nq), v (nv), a
+    (nv): those of the components in the requested axes, about the requested point, of the requested part.  By q is along q ⊕ s e_k with v and a held
+    componentwise.  External wrenches are held in the axes in which they are given, those of their links, which move, or of the world (after Singh, Russell,
+    Wensing, RA-L 7(2), 2022).  O(joints × nv).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the joint's
+    origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                  const ksl_external_t *external, int n, const int *joints, const ksl_reaction_options_t *options, double *by_q,
+                                                  double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                                   const ksl_externalf_t *external, int n, const int *joints, const ksl_reaction_options_t *options,
                                                    float *by_q, float *by_v, float *by_a);
-KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                        const double *a, ptrdiff_t a_stride, int joints_n,
-                                                        const int *joints, const ksl_reaction_options_t *options,
-                                                        double *by_q, ptrdiff_t by_q_stride, double *by_v,
-                                                        ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
-                                                        int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                        ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, int joints_n, const int *joints,
+                                                        const ksl_reaction_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v,
+                                                        ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, int joints_n, const int *joints,
-    const ksl_reaction_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-    double *by_a, ptrdiff_t by_a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                         const float *a, ptrdiff_t a_stride, int joints_n,
-                                                         const int *joints, const ksl_reaction_options_t *options,
-                                                         float *by_q, ptrdiff_t by_q_stride, float *by_v,
-                                                         ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride,
-                                                         int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    const ksl_external_rows_t *external, int joints_n, const int *joints, const ksl_reaction_options_t *options, double *by_q, ptrdiff_t by_q_stride,
+    double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                         ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int joints_n, const int *joints,
+                                                         const ksl_reaction_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v,
+                                                         ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, int joints_n, const int *joints,
-    const ksl_reaction_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-    float *by_a, ptrdiff_t by_a_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    const ksl_external_rowsf_t *external, int joints_n, const int *joints, const ksl_reaction_options_t *options, float *by_q, ptrdiff_t by_q_stride,
+    float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
 
-/** Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the
-    external wrench on each link of the model, in the link's axes, linear first, for q (nq); row-major.  They don't
-    depend on velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints × links).  options may be
-    NULL: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
-KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                           int n, const int *joints,
+/** Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the external wrench on each link of the model, in
+    the link's axes, linear first, for q (nq); row-major.  They don't depend on velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints
+    × links).  options may be NULL: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *joints,
                                                            const ksl_reaction_options_t *options, double *by_external);
-KSL_EXPORT ksl_status_t ksl_reactions_external_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                            int n, const int *joints,
+KSL_EXPORT ksl_status_t ksl_reactions_external_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *joints,
                                                             const ksl_reaction_options_t *options, float *by_external);
 KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int joints_n, const int *joints,
-    const ksl_reaction_options_t *options, double *by_external, ptrdiff_t by_external_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    double *by_external, ptrdiff_t by_external_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int joints_n, const int *joints,
-    const ksl_reaction_options_t *options, float *by_external, ptrdiff_t by_external_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    float *by_external, ptrdiff_t by_external_stride, int threads);
 
-/** Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
-    components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth),
-    besides writing 12 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                       const double *v, int link, const ksl_frame_options_t *options,
-                                                       double *by_q, double *by_v);
-KSL_EXPORT ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                        const float *v, int link, const ksl_frame_options_t *options,
-                                                        float *by_q, float *by_v);
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its components, row-major.  By q is along q ⊕ s
+    e_k with v held componentwise; by v is the Jacobian.  O(depth), besides writing 12 nv numbers.  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                                       const ksl_frame_options_t *options, double *by_q, double *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                                        const ksl_frame_options_t *options, float *by_q, float *by_v);
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    int link, const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v,
-    ptrdiff_t by_v_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+    double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    int link, const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v,
-    ptrdiff_t by_v_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+    float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
 
-/** Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv):
-    those of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the
-    Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth),
-    besides writing 12 nv numbers for each link.  options may be NULL: about the frame's origin, in its axes, linear
-    first. */
-KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                         const double *v, int n, const int *links,
-                                                         const ksl_frame_options_t *options, double *by_q,
-                                                         double *by_v);
-KSL_EXPORT ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                          const float *v, int n, const int *links,
+/** Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those of their components, row-major.  By
+    q is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).
+    O(bodies + links × depth), besides writing 12 nv numbers for each link.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n, const int *links,
+                                                         const ksl_frame_options_t *options, double *by_q, double *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n, const int *links,
                                                           const ksl_frame_options_t *options, float *by_q, float *by_v);
 KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    int links_n, const int *links, const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride,
-    double *by_v, ptrdiff_t by_v_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    int links_n, const int *links, const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v,
-    ptrdiff_t by_v_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
 
-/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
-    options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v
-    and a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  options may be NULL:
-    about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                           const double *v, const double *a, int link,
-                                                           const ksl_frame_options_t *options, double *by_q,
-                                                           double *by_v, double *by_a);
-KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                            const float *v, const float *a, int link,
-                                                            const ksl_frame_options_t *options, float *by_q,
-                                                            float *by_v, float *by_a);
+/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the options say, for q (nq), v (nv) and a
+    (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the Jacobian.  O(depth), besides writing 18
+    nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                           int link, const ksl_frame_options_t *options, double *by_q, double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+                                                            int link, const ksl_frame_options_t *options, float *by_q, float *by_v, float *by_a);
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options, double *by_q,
-    ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, int link,
+    const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
+    int threads);
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options, float *by_q,
-    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int link,
+    const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride,
+    int threads);
 
-/** Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames,
-    of the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is
-    along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh,
-    Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.
-    options may be NULL: about the frame's origin, in its axes, linear first. */
-KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, const double *a, int n, const int *links,
-                                                            const ksl_frame_options_t *options, double *by_q,
-                                                            double *by_v, double *by_a);
+/** Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of the kind that the options say, for q
+    (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link
+    may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  options may be
+    NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+                                                            int n, const int *links, const ksl_frame_options_t *options, double *by_q, double *by_v,
+                                                            double *by_a);
 KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int n, const int *links,
-    const ksl_frame_options_t *options, float *by_q, float *by_v, float *by_a);
-KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, int links_n, const int *links, const ksl_frame_options_t *options,
-    double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
-    int threads);
-KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *by_q,
-    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
-
-/** Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
-    energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
-    potential energy is the effort that holds the mechanism at rest.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_energy_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                               const double *v, double *kinetic_by_q, double *kinetic_by_v,
-                                               double *potential_by_q);
-KSL_EXPORT ksl_status_t ksl_energy_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                const float *v, float *kinetic_by_q, float *kinetic_by_v,
-                                                float *potential_by_q);
-KSL_EXPORT ksl_status_t ksl_energy_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                     double *kinetic_by_q, ptrdiff_t kinetic_by_q_stride,
-                                                     double *kinetic_by_v, ptrdiff_t kinetic_by_v_stride,
-                                                     double *potential_by_q, ptrdiff_t potential_by_q_stride,
-                                                     int threads);
-KSL_EXPORT ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                      float *kinetic_by_q, ptrdiff_t kinetic_by_q_stride,
-                                                      float *kinetic_by_v, ptrdiff_t kinetic_by_v_stride,
-                                                      float *potential_by_q, ptrdiff_t potential_by_q_stride,
-                                                      int threads);
-
-/** Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes,
-    row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
-    momentum matrix.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, ksl_order_t order, double *by_q,
-                                                            double *by_v);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, ksl_order_t order, float *by_q,
-    float *by_v);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    ksl_order_t order, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    ksl_order_t order, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
-
-/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
-    world's axes, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise;
-    by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives(
-    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, ksl_order_t order,
-    double *by_q, double *by_v, double *by_a);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, ksl_order_t order,
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int n, const int *links, const ksl_frame_options_t *options,
     float *by_q, float *by_v, float *by_a);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, ksl_order_t order, double *by_q, ptrdiff_t by_q_stride, double *by_v,
-    ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, ksl_order_t order, float *by_q, ptrdiff_t by_q_stride, float *by_v,
-    ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a,
+    ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int links_n,
+    const int *links, const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a,
+    ptrdiff_t by_a_stride, int threads);
 
-/** Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv)
-    of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m)
-    is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The
-    first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is
-    symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held in the
-    axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing,
-    T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.  external may be NULL: no wrench. */
+/** Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential energy, for q (nq) and v (nv).  By q is
+    along q ⊕ s e_k with v held componentwise; by v is M v; that of the potential energy is the effort that holds the mechanism at rest.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_energy_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic_by_q,
+                                               double *kinetic_by_v, double *potential_by_q);
+KSL_EXPORT ksl_status_t ksl_energy_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *kinetic_by_q,
+                                                float *kinetic_by_v, float *potential_by_q);
+KSL_EXPORT ksl_status_t ksl_energy_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                     ptrdiff_t v_stride, double *kinetic_by_q, ptrdiff_t kinetic_by_q_stride, double *kinetic_by_v,
+                                                     ptrdiff_t kinetic_by_v_stride, double *potential_by_q, ptrdiff_t potential_by_q_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                      ptrdiff_t v_stride, float *kinetic_by_q, ptrdiff_t kinetic_by_q_stride, float *kinetic_by_v,
+                                                      ptrdiff_t kinetic_by_v_stride, float *potential_by_q, ptrdiff_t potential_by_q_stride, int threads);
+
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, row-major, for q (nq) and v (nv).  By q is along
+    q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, ksl_order_t order,
+                                                            double *by_q, double *by_v);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, ksl_order_t order, float *by_q, float *by_v);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, ksl_order_t order, double *by_q,
+    ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, ksl_order_t order, float *by_q,
+    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the world's axes, row-major, for q (nq), v
+    (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS
+    2018).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, ksl_order_t order, double *by_q, double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, ksl_order_t order, float *by_q, float *by_v, float *by_a);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    ksl_order_t order, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    ksl_order_t order, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of the joint efforts that inverse
+    dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k
+    and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is
+    symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they are given, those of
+    their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.  external may be
+    NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives(
-    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
-    const ksl_external_t *external, double *d2tau_dqdq, double *d2tau_dvdv, double *d2tau_dqdv, double *dM_dq);
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, const ksl_external_t *external, double *d2tau_dqdq,
+    double *d2tau_dvdv, double *d2tau_dqdv, double *dM_dq);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
-    const ksl_externalf_t *external, float *d2tau_dqdq, float *d2tau_dvdv, float *d2tau_dqdv, float *dM_dq);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, const ksl_externalf_t *external, float *d2tau_dqdq,
+    float *d2tau_dvdv, float *d2tau_dqdv, float *dM_dq);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv,
-    ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv, ptrdiff_t d2tau_dqdv_stride, double *dM_dq, ptrdiff_t dM_dq_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    double *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv, ptrdiff_t d2tau_dqdv_stride,
+    double *dM_dq, ptrdiff_t dM_dq_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *d2tau_dqdq,
-    ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv,
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    const ksl_external_rows_t *external, double *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv,
     ptrdiff_t d2tau_dqdv_stride, double *dM_dq, ptrdiff_t dM_dq_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv,
-    ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv, ptrdiff_t d2tau_dqdv_stride, float *dM_dq, ptrdiff_t dM_dq_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    float *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv, ptrdiff_t d2tau_dqdv_stride,
+    float *dM_dq, ptrdiff_t dM_dq_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *d2tau_dqdq,
-    ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv,
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+    const ksl_external_rowsf_t *external, float *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv,
     ptrdiff_t d2tau_dqdv_stride, float *dM_dq, ptrdiff_t dM_dq_stride, int threads);
 
-/** Second derivatives d2a_dqdq (nv, nv, nv), d2a_dvdv (nv, nv, nv), d2a_dqdv (nv, nv, nv), d2a_dqdtau (nv, nv, nv)
-    of the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m)
-    is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
-    derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric
-    in k and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in
-    which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40,
-    2024).  O(nv⁴).  external may be NULL: no wrench. */
+/** Second derivatives d2a_dqdq (nv, nv, nv), d2a_dvdv (nv, nv, nv), d2a_dqdv (nv, nv, nv), d2a_dqdtau (nv, nv, nv) of the accelerations that forward
+    dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m) is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m;
+    by q_k and tau_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric in k
+    and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they are given, those of their links, which
+    move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives(
-    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau,
-    const ksl_external_t *external, double *d2a_dqdq, double *d2a_dvdv, double *d2a_dqdv, double *d2a_dqdtau);
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau, const ksl_external_t *external, double *d2a_dqdq,
+    double *d2a_dvdv, double *d2a_dqdv, double *d2a_dqdtau);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
-    const ksl_externalf_t *external, float *d2a_dqdq, float *d2a_dvdv, float *d2a_dqdv, float *d2a_dqdtau);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau, const ksl_externalf_t *external, float *d2a_dqdq,
+    float *d2a_dvdv, float *d2a_dqdv, float *d2a_dqdtau);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *tau, ptrdiff_t tau_stride, double *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv,
-    ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv, ptrdiff_t d2a_dqdv_stride, double *d2a_dqdtau,
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride,
+    double *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv, ptrdiff_t d2a_dqdv_stride, double *d2a_dqdtau,
     ptrdiff_t d2a_dqdtau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_external_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *d2a_dqdq,
-    ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv, ptrdiff_t d2a_dqdv_stride,
-    double *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *tau, ptrdiff_t tau_stride,
+    const ksl_external_rows_t *external, double *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv,
+    ptrdiff_t d2a_dqdv_stride, double *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, float *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv,
-    ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv, ptrdiff_t d2a_dqdv_stride, float *d2a_dqdtau,
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    float *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv, ptrdiff_t d2a_dqdv_stride, float *d2a_dqdtau,
     ptrdiff_t d2a_dqdtau_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_external_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *d2a_dqdq,
-    ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv, ptrdiff_t d2a_dqdv_stride,
-    float *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *tau, ptrdiff_t tau_stride,
+    const ksl_external_rowsf_t *external, float *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv,
+    ptrdiff_t d2a_dqdv_stride, float *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
 
-/** Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
-    parameters it is the transmitted efforts Sᵀ f under gravity, without external wrenches (those of
-    inverse_dynamics, if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has ten
-    parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth). */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                       const double *v, const double *a, int n, const int *links,
-                                                       double *Y);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                        const float *v, const float *a, int n, const int *links,
-                                                        float *Y);
+/** Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their parameters it is the transmitted efforts
+    Sᵀ f under gravity, without external wrenches (those of inverse_dynamics, if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link
+    has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth). */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, int n,
+                                                       const int *links, double *Y);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int n,
+                                                        const int *links, float *Y);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, int links_n, const int *links, double *Y, ptrdiff_t Y_stride, int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+    int links_n, const int *links, double *Y, ptrdiff_t Y_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, int links_n, const int *links, float *Y, ptrdiff_t Y_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int links_n,
+    const int *links, float *Y, ptrdiff_t Y_stride, int threads);
 
-/** Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse
-    dynamics with v = a = 0.  O(links × depth). */
-KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
-                                                     const int *links, double *Y);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
-                                                      const int *links, float *Y);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                           ptrdiff_t q_stride, int links_n, const int *links, double *Y,
-                                                           ptrdiff_t Y_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                            ptrdiff_t q_stride, int links_n, const int *links, float *Y,
-                                                            ptrdiff_t Y_stride, int threads);
+/** Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics with v = a = 0.  O(links × depth). */
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links, double *Y);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links, float *Y);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n,
+                                                           const int *links, double *Y, ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n,
+                                                            const int *links, float *Y, ptrdiff_t Y_stride, int threads);
 
-/** Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and
-    a (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions
-    under gravity, without external wrenches.  O(joints × links).  options may be NULL: the whole wrench on the child
-    side, about the joint's origin, in the axes of the child link, linear first. */
-KSL_EXPORT ksl_status_t ksl_reactions_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                const double *v, const double *a, int n, const int *joints,
-                                                const ksl_reaction_options_t *options, double *Y);
-KSL_EXPORT ksl_status_t ksl_reactions_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                 const float *v, const float *a, int n, const int *joints,
-                                                 const ksl_reaction_options_t *options, float *Y);
-KSL_EXPORT ksl_status_t ksl_reactions_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                      const double *a, ptrdiff_t a_stride, int joints_n,
-                                                      const int *joints, const ksl_reaction_options_t *options,
-                                                      double *Y, ptrdiff_t Y_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                       const float *a, ptrdiff_t a_stride, int joints_n,
-                                                       const int *joints, const ksl_reaction_options_t *options,
-                                                       float *Y, ptrdiff_t Y_stride, int threads);
+/** Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a (nv): summed over all links with their
+    parameters (those of inverse_dynamics_regressor) it is the reactions under gravity, without external wrenches.  O(joints × links).  options may be NULL:
+    the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, int n,
+                                                const int *joints, const ksl_reaction_options_t *options, double *Y);
+KSL_EXPORT ksl_status_t ksl_reactions_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int n,
+                                                 const int *joints, const ksl_reaction_options_t *options, float *Y);
+KSL_EXPORT ksl_status_t ksl_reactions_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                      ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride, int joints_n, const int *joints,
+                                                      const ksl_reaction_options_t *options, double *Y, ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                       ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride, int joints_n, const int *joints,
+                                                       const ksl_reaction_options_t *options, float *Y, ptrdiff_t Y_stride, int threads);
 
-/** Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
-    links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J, of
-    the links, without armature, reflected inertia of rotors and springs.  O(bodies + links). */
-KSL_EXPORT ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                             const double *v, int n, const int *links, double *kinetic,
-                                             double *potential);
-KSL_EXPORT ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                              const float *v, int n, const int *links, float *kinetic,
-                                              float *potential);
-KSL_EXPORT ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int links_n,
-                                                   const int *links, double *kinetic, ptrdiff_t kinetic_stride,
-                                                   double *potential, ptrdiff_t potential_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int links_n,
-                                                    const int *links, float *kinetic, ptrdiff_t kinetic_stride,
-                                                    float *potential, ptrdiff_t potential_stride, int threads);
+/** Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all links with their parameters (those of
+    inverse_dynamics_regressor) they are kinetic and potential energy, J, of the links, without armature, reflected inertia of rotors and springs.  O(bodies
+    + links). */
+KSL_EXPORT ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n, const int *links,
+                                             double *kinetic, double *potential);
+KSL_EXPORT ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n, const int *links,
+                                              float *kinetic, float *potential);
+KSL_EXPORT ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   int links_n, const int *links, double *kinetic, ptrdiff_t kinetic_stride, double *potential,
+                                                   ptrdiff_t potential_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    int links_n, const int *links, float *kinetic, ptrdiff_t kinetic_stride, float *potential,
+                                                    ptrdiff_t potential_stride, int threads);
 
-/** Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed
-    over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies + links). */
-KSL_EXPORT ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                               const double *v, int n, const int *links, ksl_order_t order, double *P);
-KSL_EXPORT ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                const float *v, int n, const int *links, ksl_order_t order, float *P);
-KSL_EXPORT ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                     int links_n, const int *links, ksl_order_t order, double *P,
-                                                     ptrdiff_t P_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                      int links_n, const int *links, ksl_order_t order, float *P,
-                                                      ptrdiff_t P_stride, int threads);
+/** Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed over links with their parameters (those
+    of inverse_dynamics_regressor) it is their momentum.  O(bodies + links). */
+KSL_EXPORT ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n, const int *links,
+                                               ksl_order_t order, double *P);
+KSL_EXPORT ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n, const int *links,
+                                                ksl_order_t order, float *P);
+KSL_EXPORT ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                                                     ptrdiff_t v_stride, int links_n, const int *links, ksl_order_t order, double *P, ptrdiff_t P_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                                                      ptrdiff_t v_stride, int links_n, const int *links, ksl_order_t order, float *P, ptrdiff_t P_stride,
+                                                      int threads);
 
-/** Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with
-    several coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state
-    estimation in robotics, 2018, section II-E).  O(joints). */
-KSL_EXPORT ksl_status_t ksl_integrate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv,
-                                      double *q1);
-KSL_EXPORT ksl_status_t ksl_integratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *dv,
-                                       float *q1);
-KSL_EXPORT ksl_status_t ksl_integrate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                            const double *dv, ptrdiff_t dv_stride, double *q1, ptrdiff_t q1_stride,
-                                            int threads);
-KSL_EXPORT ksl_status_t ksl_integrate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                             const float *dv, ptrdiff_t dv_stride, float *q1, ptrdiff_t q1_stride,
-                                             int threads);
+/** Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several coordinates move along the exponential
+    of their group (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  O(joints). */
+KSL_EXPORT ksl_status_t ksl_integrate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv, double *q1);
+KSL_EXPORT ksl_status_t ksl_integratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *dv, float *q1);
+KSL_EXPORT ksl_status_t ksl_integrate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *dv, ptrdiff_t dv_stride,
+                                            double *q1, ptrdiff_t q1_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_integrate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *dv, ptrdiff_t dv_stride,
+                                             float *q1, ptrdiff_t q1_stride, int threads);
 
-/** Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà
-    et al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  Angles of continuous joints
-    are between −π and π; those of revolute joints are not reduced.  O(joints). */
-KSL_EXPORT ksl_status_t ksl_difference(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
-                                       double *dv);
-KSL_EXPORT ksl_status_t ksl_differencef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1,
-                                        float *dv);
-KSL_EXPORT ksl_status_t ksl_difference_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
-                                             const double *q1, ptrdiff_t q1_stride, double *dv, ptrdiff_t dv_stride,
-                                             int threads);
-KSL_EXPORT ksl_status_t ksl_difference_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
-                                              const float *q1, ptrdiff_t q1_stride, float *dv, ptrdiff_t dv_stride,
-                                              int threads);
+/** Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà et al., A micro Lie theory for state
+    estimation in robotics, 2018, section II-E).  Angles of continuous joints are between −π and π; those of revolute joints are not reduced.  O(joints). */
+KSL_EXPORT ksl_status_t ksl_difference(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1, double *dv);
+KSL_EXPORT ksl_status_t ksl_differencef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1, float *dv);
+KSL_EXPORT ksl_status_t ksl_difference_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride, const double *q1, ptrdiff_t q1_stride,
+                                             double *dv, ptrdiff_t dv_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_difference_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride, const float *q1, ptrdiff_t q1_stride,
+                                              float *dv, ptrdiff_t dv_stride, int threads);
 
-/** Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where
-    it is 1, on the shortest way and at constant joint velocity in between, and on the same way beyond.  O(joints). */
-KSL_EXPORT ksl_status_t ksl_interpolate(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
-                                        const double *fraction, double *between);
-KSL_EXPORT ksl_status_t ksl_interpolatef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1,
-                                         const float *fraction, float *between);
-KSL_EXPORT ksl_status_t ksl_interpolate_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
-                                              const double *q1, ptrdiff_t q1_stride, const double *fraction,
-                                              ptrdiff_t fraction_stride, double *between, ptrdiff_t between_stride,
-                                              int threads);
-KSL_EXPORT ksl_status_t ksl_interpolate_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
-                                               const float *q1, ptrdiff_t q1_stride, const float *fraction,
-                                               ptrdiff_t fraction_stride, float *between, ptrdiff_t between_stride,
-                                               int threads);
+/** Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where it is 1, on the shortest way and at
+    constant joint velocity in between, and on the same way beyond.  O(joints). */
+KSL_EXPORT ksl_status_t ksl_interpolate(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1, const double *fraction,
+                                        double *between);
+KSL_EXPORT ksl_status_t ksl_interpolatef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1, const float *fraction, float *between);
+KSL_EXPORT ksl_status_t ksl_interpolate_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride, const double *q1, ptrdiff_t q1_stride,
+                                              const double *fraction, ptrdiff_t fraction_stride, double *between, ptrdiff_t between_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_interpolate_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride, const float *q1, ptrdiff_t q1_stride,
+                                               const float *fraction, ptrdiff_t fraction_stride, float *between, ptrdiff_t between_stride, int threads);
 
-/** Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order;
-    by_q (nv, nv), by_dv (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
-    III).  O(joints), besides writing 2 nv² numbers. */
-KSL_EXPORT ksl_status_t ksl_integrate_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                const double *dv, double *by_q, double *by_dv);
-KSL_EXPORT ksl_status_t ksl_integrate_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                 const float *dv, float *by_q, float *by_dv);
-KSL_EXPORT ksl_status_t ksl_integrate_jacobians_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                      ptrdiff_t q_stride, const double *dv, ptrdiff_t dv_stride,
-                                                      double *by_q, ptrdiff_t by_q_stride, double *by_dv,
-                                                      ptrdiff_t by_dv_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_integrate_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                       ptrdiff_t q_stride, const float *dv, ptrdiff_t dv_stride,
-                                                       float *by_q, ptrdiff_t by_q_stride, float *by_dv,
-                                                       ptrdiff_t by_dv_stride, int threads);
+/** Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order; by_q (nv, nv), by_dv (nv, nv) (Solà et
+    al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² numbers. */
+KSL_EXPORT ksl_status_t ksl_integrate_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv, double *by_q, double *by_dv);
+KSL_EXPORT ksl_status_t ksl_integrate_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *dv, float *by_q, float *by_dv);
+KSL_EXPORT ksl_status_t ksl_integrate_jacobians_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *dv,
+                                                      ptrdiff_t dv_stride, double *by_q, ptrdiff_t by_q_stride, double *by_dv, ptrdiff_t by_dv_stride,
+                                                      int threads);
+KSL_EXPORT ksl_status_t ksl_integrate_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *dv,
+                                                       ptrdiff_t dv_stride, float *by_q, ptrdiff_t by_q_stride, float *by_dv, ptrdiff_t by_dv_stride,
+                                                       int threads);
 
-/** Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first
-    order; by_q0 (nv, nv), by_q1 (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018,
-    section III).  O(joints), besides writing 2 nv² numbers. */
-KSL_EXPORT ksl_status_t ksl_difference_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q0,
-                                                 const double *q1, double *by_q0, double *by_q1);
-KSL_EXPORT ksl_status_t ksl_difference_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q0,
-                                                  const float *q1, float *by_q0, float *by_q1);
-KSL_EXPORT ksl_status_t ksl_difference_jacobians_batch(const ksl_model_t *model, size_t n, const double *q0,
-                                                       ptrdiff_t q0_stride, const double *q1, ptrdiff_t q1_stride,
-                                                       double *by_q0, ptrdiff_t by_q0_stride, double *by_q1,
-                                                       ptrdiff_t by_q1_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_difference_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q0,
-                                                        ptrdiff_t q0_stride, const float *q1, ptrdiff_t q1_stride,
-                                                        float *by_q0, ptrdiff_t by_q0_stride, float *by_q1,
-                                                        ptrdiff_t by_q1_stride, int threads);
+/** Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order; by_q0 (nv, nv), by_q1 (nv, nv) (Solà
+    et al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² numbers. */
+KSL_EXPORT ksl_status_t ksl_difference_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1, double *by_q0, double *by_q1);
+KSL_EXPORT ksl_status_t ksl_difference_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1, float *by_q0, float *by_q1);
+KSL_EXPORT ksl_status_t ksl_difference_jacobians_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride, const double *q1,
+                                                       ptrdiff_t q1_stride, double *by_q0, ptrdiff_t by_q0_stride, double *by_q1, ptrdiff_t by_q1_stride,
+                                                       int threads);
+KSL_EXPORT ksl_status_t ksl_difference_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride, const float *q1,
+                                                        ptrdiff_t q1_stride, float *by_q0, ptrdiff_t by_q0_stride, float *by_q1, ptrdiff_t by_q1_stride,
+                                                        int threads);
 
 KSL_END_C
 

@@ -27,8 +27,8 @@ KSL_EXPORT ksl_status_t ksl_loop_acceleration(const ksl_model_t *model, ksl_data
                                               const double *v, const double *a, double *acceleration);
 
 typedef struct ksl_mobility_t {
-  int mobility, rank,
-      redundant;   /**< freedoms at the position, independent equations, equations that follow from them */
+  /** freedoms at the position, independent equations, equations that follow from them */
+  int mobility, rank, redundant;
   double smallest; /**< the smallest singular value that counts, relative to the largest term of the equations */
   double next;     /**< the largest one that doesn't, below 1e-9 */
   double length;   /**< m: rows of moments were multiplied by it, coordinates that turn divided */
@@ -63,7 +63,7 @@ KSL_EXPORT ksl_status_t ksl_close(const ksl_model_t *model, ksl_data_t *data, co
     they leave freedoms, it is the one nearest to v.  KSL_BAD_ARGUMENT: no motion of the mechanism has these coordinates. */
 KSL_EXPORT ksl_status_t ksl_consistent_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                 const double *v, const bool *given, double *out);
-/** The same for accelerations a (nv), out may be a, at velocities v that keep the loops closed. */
+/** Accelerations (nv) into out, which may be a, that keep the loops closed at velocities v that do, likewise. */
 KSL_EXPORT ksl_status_t ksl_consistent_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                     const double *v, const double *a, const bool *given, double *out);
 
@@ -79,7 +79,7 @@ KSL_EXPORT ksl_status_t ksl_closed_inverse_dynamics_derivatives(const ksl_model_
                                                                 const double *q, const double *v, const double *a,
                                                                 const ksl_external_t *external, double *by_q,
                                                                 double *by_v, double *by_a);
-/** The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv). */
+/** Derivatives of forward dynamics along the mechanism: by_q and by_v (nv, freedoms), by_tau (nv, nv). */
 KSL_EXPORT ksl_status_t ksl_closed_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data,
                                                                 const double *q, const double *v, const double *tau,
                                                                 const ksl_external_t *external, double *by_q,

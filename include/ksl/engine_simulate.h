@@ -51,8 +51,8 @@ typedef struct ksl_drive_law_t {
 
 /** What stops and holds joints exactly; not with KSL_VARIATIONAL. */
 typedef struct ksl_exact_laws_t {
-  const double *
-      restitution; /**< (nv) v after an impact on a limit is −restitution v; negative: no limits.  NULL: no limits at all */
+  /** (nv) v after an impact on a limit is −restitution v; negative: no limits.  NULL: no limits at all */
+  const double *restitution;
   const double *lower, *upper; /**< (nv) the limits, may be infinite */
   const double *friction;      /**< (nv) dry friction that sticks and slips, N m or N; NULL: none */
   const double *brake;         /**< (nv) what brakes add to it from brake_at on; NULL: none */
@@ -81,8 +81,8 @@ typedef struct ksl_simulation_t {
   const double *times; /**< (times_n), increasing: when results are wanted, s */
   ksl_stepping_t method;
   double step; /**< s, at most; of methods without error control */
-  double relative,
-      absolute; /**< error of a step of KSL_DOP853: absolute + relative |number|; with loops both are at most 1e-8 */
+  /** error of a step of KSL_DOP853: absolute + relative |number|; with loops both are at most 1e-8 */
+  double relative, absolute;
   size_t most_steps; /**< of a run */
   ksl_drive_law_t drives;
   bool project;                      /**< are mechanisms with loops moved to the nearest closed state after each step */

@@ -34,24 +34,24 @@ typedef struct ksl_payload_t {
     textbook.  docs/conventions.md has the laws. */
 typedef struct ksl_physics_t {
   bool damping, friction, armature, rotor, spring;
-  bool
-      rotor_bodies; /**< rotors are bodies that turn with the joint's parent link, instead of inertia of its coordinate */
-  bool
-      exact_friction; /**< F sign(v), instead of the smooth law; for inverse dynamics only: what solves or differentiates the law
-                              of friction is refused */
+  /** rotors are bodies that turn with the joint's parent link, instead of inertia of its coordinate */
+  bool rotor_bodies;
+  /** F sign(v), instead of the smooth law; for inverse dynamics only: what solves or differentiates the law
+      of friction is refused */
+  bool exact_friction;
   bool force_elements;   /**< springs, dampers and cylinders between points of two links */
   double friction_width; /**< of the smooth law, rad/s or m/s, for joints that have none of their own; 0: 0.01 */
 } ksl_physics_t;
 
 /** How a file is made into a model.  Initialise it with ksl_model_options(). */
 typedef struct ksl_model_options_t {
-  bool
-      floating_base; /**< the root link floats: first joint floating_base (floating_root if the file has one of that name),
-                               q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
+  /** the root link floats: first joint floating_base (floating_root if the file has one of that name),
+      q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
+  bool floating_base;
   bool mimic_independent; /**< a mimic joint gets a coordinate of its own, instead of following another joint */
   bool strict; /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
-  bool
-      masses_optional; /**< a robot whose moving links have no mass is accepted, for kinematics, instead of being refused */
+  /** a robot whose moving links have no mass is accepted, for kinematics, instead of being refused */
+  bool masses_optional;
   double gravity[3]; /**< m/s², world axes */
   int payloads_n;
   const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
@@ -78,7 +78,7 @@ typedef struct ksl_externalf_t {
   ksl_expressed_t axes;
 } ksl_externalf_t;
 
-/** The same for a batch: the n wrenches of state k are contiguous, six numbers each, and begin at wrench + k × stride. */
+/** Wrenches for a batch: the n wrenches of state k are contiguous, six numbers each, and begin at wrench + k × stride. */
 typedef struct ksl_external_rows_t {
   int n;
   const int *link; /**< (n) */
@@ -106,8 +106,8 @@ typedef struct ksl_reaction_options_t {
   ksl_part_t part; /**< KSL_CONSTRAINT: what the structure carries, H̄* f; KSL_ACTUATION: along the joint's motion, h̄* f;
                        KSL_COUPLING: the same of a follower (mimic joint), which has no actuation */
   ksl_side_t on;
-  ksl_frame_t
-      at; /**< point: KSL_JOINT (plus offset, in the joint's axes, m), KSL_WORLD (its origin), KSL_LINK (origin of at_link) */
+  /** point: KSL_JOINT (plus offset, in the joint's axes, m), KSL_WORLD (its origin), KSL_LINK (origin of at_link) */
+  ksl_frame_t at;
   int at_link;
   double offset[3];
   ksl_frame_t axes; /**< KSL_JOINT, KSL_WORLD, KSL_LINK (those of axes_link) */

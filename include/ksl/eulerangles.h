@@ -12,7 +12,7 @@ typedef struct ksl_eulerangles_t {
   ksl_axis_enum_t axis;
 } ksl_eulerangles_t;
 
-/** The same in single precision. */
+/** Such angles in single precision. */
 typedef struct ksl_euleranglesf_t {
   ksl_vec3f_t angles;
   ksl_axis_enum_t axis;

@@ -53,7 +53,7 @@ enum class completion {
 /// out (nv): velocities that keep the loops closed, with the coordinates that are given (nv flags) as they are in v.
 KSL_EXPORT completion consistent_velocity(const model &m, data &d, const double *q, const double *v,
                                           const unsigned char *given, double *out);
-/// The same for accelerations, at velocities v that keep the loops closed.
+/// out (nv): accelerations that keep the loops closed, likewise, at velocities v that do.
 KSL_EXPORT completion consistent_acceleration(const model &m, data &d, const double *q, const double *v,
                                               const double *a, const unsigned char *given, double *out);
 
@@ -68,8 +68,8 @@ enum class closing {
 struct close_options {
   bool limits = false;  ///< keep the limits of joints
   int iterations = 100; ///< at most, from each start
-  int starts =
-      32; ///< at most: q, and where the search from it ends open others, the same in every call; 1: closed positions near q alone
+  /// at most: q, and where the search from it ends open others, the same in every call; 1: closed positions near q alone
+  int starts = 32;
 };
 /// For motions, which may not change over to another way of assembly.
 inline constexpr close_options nearby = {.starts = 1};
@@ -78,6 +78,16 @@ inline constexpr close_options nearby = {.starts = 1};
 /// component left, in m, angles times the length.  Where none is found, out is the position with the smallest error.  Gauss–Newton steps with a line search, then steps along the closed positions.
 KSL_EXPORT closing close(const model &m, data &d, const double *q, const unsigned char *hold,
                          const close_options &options, double *out, double *error);
+
+/// A link that turns alone about a line that is fixed in it, while the drives and all other bodies stand still.  If its mass is the same all round the line,
+/// is_even, it is idle, as a rod with balls at both ends is: it needs no drive.
+struct lone_body {
+  int link;               ///< index into model::links()
+  vec3<double> direction; ///< of the line, in the link's axes; a unit vector
+  bool is_even;
+};
+/// Those of a model whose drives are known, found when it was made.
+KSL_EXPORT std::vector<lone_body> lone_bodies(const model &m);
 
 /// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and
 /// N m, each at its frame on the side called child: (redundant, joints().size() + loops().size(), 6).  Components
@@ -93,7 +103,7 @@ KSL_EXPORT int closed_inverse_dynamics_derivatives(const model &m, data &d, cons
                                                    const double *a, const external_wrenches<double> &external,
                                                    double *by_q, double *by_v, double *by_a);
 
-/// The same of forward dynamics: by_q and by_v (nv, freedoms), by_tau (nv, nv).
+/// Derivatives of forward dynamics along the mechanism: by_q and by_v (nv, freedoms), by_tau (nv, nv).
 KSL_EXPORT int closed_forward_dynamics_derivatives(const model &m, data &d, const double *q, const double *v,
                                                    const double *tau, const external_wrenches<double> &external,
                                                    double *by_q, double *by_v, double *by_tau);

@@ -30,8 +30,8 @@ struct model_options {
   /// q = [x y z qx qy qz qw] and v = [linear, angular] in its frame.  If the description has a joint of that name, it is called
   /// `floating_root` instead, and a warning says so.
   bool floating_base = false;
-  std::optional<std::array<double, 3>>
-      gravity; ///< m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
+  /// m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
+  std::optional<std::array<double, 3>> gravity;
   std::vector<payload> payloads;
   std::optional<physics_options> physics; ///< none: those of the description
 };
@@ -216,7 +216,7 @@ public:
   const std::vector<int> &tree_rows() const { return tree_row_; }
   /// The column of each element.
   std::vector<int> tree_columns() const;
-  /// The same into columns (tree_elements()).
+  /// These columns into an array (tree_elements()).
   void tree_columns(int *columns) const;
 
   /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
@@ -243,7 +243,7 @@ public:
   int massless_joint() const { return massless_joint_; }
   /// A sentence that names this joint and says how to mend the model; empty if there is none.
   std::string massless_joint_text() const;
-  /// The same for a joint that moves no mass at some position: an index into joints().
+  /// A sentence about a joint that moves no mass at some position: an index into joints().
   std::string massless_joint_text(int joint) const;
 
   using model_parts::quaternion_in_q;
@@ -265,7 +265,7 @@ public:
   /// it moves.  All links that a joint carries, directly or not, parents first.
   std::vector<int> support(int link) const;
   std::vector<int> subtree_links(int joint) const;
-  /// The same into an array, which may be null.  Return how many they are.
+  /// These joints, or links, into an array, which may be null.  Return how many they are.
   int support(int link, int *joints) const;
   int subtree_links(int joint, int *links) const;
 

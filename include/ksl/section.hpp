@@ -20,9 +20,9 @@ struct link_section {
   double fraction = 0;               ///< 0 to 1
   spatial_inertia<double> inertia{}; ///< of the part beyond, about the link's origin, in its axes
   int beyond_n = -1;                 ///< how many joints are named; −1: none, the plane says which are beyond
-  const int *beyond =
-      nullptr; ///< (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries;
-               ///< after these those of loops, which the link is one end of
+  /// (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries;
+  /// after these those of loops, which the link is one end of
+  const int *beyond = nullptr;
   expressed_in axes = expressed_in::frame;
   component_order order = component_order::linear_first;
 };

@@ -58,8 +58,8 @@ struct drive_law {
   rows_over_time position = {};     ///< q_d (nq)
   rows_over_time velocity = {};     ///< v_d (nv) at the times of the positions; absent: zero
   rows_over_time acceleration = {}; ///< a_d (nv), likewise
-  const double *stiffness = nullptr,
-               *damping = nullptr;       ///< (nv); null: zero.  They need positions, as computed torque does
+  /// (nv); null: zero.  They need positions, as computed torque does
+  const double *stiffness = nullptr, *damping = nullptr;
   const double *limit = nullptr;         ///< (nv), may be infinite; null: none
   const unsigned char *driven = nullptr; ///< (nv) flags; null: all
   effort_function function = nullptr;    ///< instead of all this
@@ -105,12 +105,10 @@ struct simulation {
   std::size_t times_n = 0;
   const double *times = nullptr; ///< (times_n), increasing: when results are wanted
   stepping method = stepping::dop853;
-  double step =
-      0; ///< s, at most; of methods without error control.  Each interval of times has a whole number of steps
-  double
-      relative = 1e-9,
-      absolute =
-          1e-9; ///< error of a step of dop853, of each number of u and v: absolute + relative |number|; with loops both are at most 1e-8
+  /// s, at most; of methods without error control.  Each interval of times has a whole number of steps
+  double step = 0;
+  /// error of a step of dop853, of each number of u and v: absolute + relative |number|; with loops both are at most 1e-8
+  double relative = 1e-9, absolute = 1e-9;
   std::size_t most_steps = 10'000'000; ///< of a run
   drive_law drives = {};
   int external_n = 0;

@@ -39,8 +39,8 @@ KSL_EXPORT robot_description merged(const robot_description &robot, const robot_
                                     const std::string &prefix = "");
 
 struct subtree_options {
-  bool drop_loops =
-      false; ///< loops and force elements that lose an end are left out, instead of being refused: the rest is another machine
+  /// loops and force elements that lose an end are left out, instead of being refused: the rest is another machine
+  bool drop_loops = false;
 };
 
 /// A robot of a link and all that it carries.  The link is the root; it is fixed unless it is the root of a robot that floats.

@@ -49,8 +49,8 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.base.errors import SizingError as SizingError
     from ksl.base.errors import SweepError as SweepError
     from ksl.base.errors import ViewerError as ViewerError
-    from ksl.checks.findings import Finding as Finding
-    from ksl.checks.findings import Findings as Findings
+    from ksl.checks.description.findings import Finding as Finding
+    from ksl.checks.description.findings import Findings as Findings
     from ksl.checks.run import check as check
     from ksl.comparison.compare_robot import compare as compare
     from ksl.comparison.results import Comparison as Comparison
@@ -58,7 +58,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.robot_files.loading import load as load
     from ksl.robot_files.loading import load_string as load_string
     from ksl.generation.casadi_function import casadi_function as casadi_function
-    from ksl.generation.fmu import fmu as fmu
+    from ksl.generation.fmus.fmu import fmu as fmu
     from ksl.generation.generate import generate as generate
     from ksl.drivetrain.actuation import Actuation as Actuation
     from ksl.drivetrain.actuation import actuation as actuation
@@ -73,7 +73,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.report.compute_loads import compute_loads as compute_loads
     from ksl.report.hold_pose import hold as hold
     from ksl.report.loads_run import Run as Run
-    from ksl.sizing.compute_sizing import size as size
+    from ksl.sizing.joints.compute_sizing import size as size
     from ksl.sizing.spectra.compute_spectra import spectra as spectra
     from ksl.small_motions.frequencies import frequencies as frequencies
     from ksl.spatial import Acceleration as Acceleration
@@ -94,8 +94,8 @@ _MODULE_OF = {
     "CompilerError": "ksl.base.errors",
     "DescriptionError": "ksl.base.errors",
     "DescriptionWarning": "ksl.base.errors",
-    "Finding": "ksl.checks.findings",
-    "Findings": "ksl.checks.findings",
+    "Finding": "ksl.checks.description.findings",
+    "Findings": "ksl.checks.description.findings",
     "FrameError": "ksl.base.errors",
     "Inertia": "ksl.spatial",
     "Joint": "ksl.mechanism.mechanism",
@@ -120,7 +120,7 @@ _MODULE_OF = {
     "compare": "ksl.comparison.compare_robot",
     "compute_actuation": "ksl.report.compute_actuation",
     "compute_loads": "ksl.report.compute_loads",
-    "fmu": "ksl.generation.fmu",
+    "fmu": "ksl.generation.fmus.fmu",
     "free_bodies": "ksl.parts.compute_free_bodies",
     "frequencies": "ksl.small_motions.frequencies",
     "generate": "ksl.generation.generate",
@@ -129,7 +129,7 @@ _MODULE_OF = {
     "load_string": "ksl.robot_files.loading",
     "read_efforts": "ksl.motions.efforts",
     "read_motion": "ksl.motions.reading",
-    "size": "ksl.sizing.compute_sizing",
+    "size": "ksl.sizing.joints.compute_sizing",
     "spectra": "ksl.sizing.spectra.compute_spectra",
     "sweep": "ksl.sweeps.compute_sweep",
 }
@@ -156,17 +156,19 @@ _higher_rooms.FUNCTIONS.update(
         "actuation": "ksl.drivetrain.actuation:actuation",
         "_repr_html_": "ksl.viewer.notebook:html_of",
         "compile": "ksl.generation.compiled:compiled",
+        "component_stiffnesses": "ksl.sizing.catalogue.component_stiffness:component_stiffnesses",
         "compliance": "ksl.small_motions.compliance:compliance",
         "deflection": "ksl.small_motions.compliance:deflection",
         "equilibrium": "ksl.small_motions.equilibrium:equilibrium",
         "linearise": "ksl.small_motions.linearise:linearise",
         "free_bodies": "ksl.parts.of_state:free_bodies",
         "modes": "ksl.small_motions.modes:modes",
+        "stiffnesses": "ksl.robot_files.stiffness_file:stiffnesses",
         "show": "ksl.viewer.live:show",
         "wrench_table": "ksl.load_cases.wrench_table:wrench_table",
     }
 )
-"""Methods of a model that rooms above the model's compute."""
+"""Methods of a model that rooms above the model's compute, and files that these read."""
 
 if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 

@@ -18,8 +18,9 @@ def differentiable(model: Model, threads: int | None = None) -> TorchCalls:
     model: a tree, or a closed mechanism, whose gradients are along it.  It is immutable, so that compiled programs may hold it.
     threads: the most threads for large batches; None or 0 is all cores that the process may use.  Results don't depend on it.
 
-    Arrays are those of the CPU, float32 or float64, all of one type: others raise TypeError or ValueError, which name the argument.  A call costs
-    what the call of the model does, its gradient as docs/derivatives.md says: two and a half times that of inverse dynamics.
+    Arrays are those of the CPU, or of a graphics card that the model has code for (:meth:`ksl.Model.compile`), float32 or float64, all of one type:
+    others raise TypeError or ValueError, which name the argument.  A call costs what the call of the model does, its gradient as docs/derivatives.md
+    says: two and a half times that of inverse dynamics.
 
         d = ksl.torch.differentiable(m)
         q = torch.tensor(q, requires_grad=True)

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "../calls.hpp"
-#include "ffi.hpp"
+#include "card.hpp"
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
@@ -21,10 +21,10 @@ struct held {
   std::shared_ptr<const operation> of;
   std::int64_t number;
 
-  explicit held(std::shared_ptr<const operation> o) : of(std::move(o)), number(kept::add(of)) {}
+  explicit held(std::shared_ptr<const operation> o) : of(std::move(o)), number(kept<operation>::add(of)) {}
   held(const held &) = delete;
   held &operator=(const held &) = delete;
-  ~held() { kept::remove(number); }
+  ~held() { kept<operation>::remove(number); }
 };
 
 inline const ksl::algorithm_row *row_named(const std::string &name) {
@@ -107,6 +107,26 @@ void compute_arrays(const held &self, int what, const std::vector<read<S>> &in, 
   compute(of, which, given, threads);
 }
 
+/// What lies at an address that Python has from the driver.
+template <class Pointer> Pointer at_address(std::uintptr_t address) {
+  return reinterpret_cast<Pointer>(address); // NOLINT(performance-no-int-to-ptr): ctypes gives numbers
+}
+
+/// functions: addresses, in the order of card::driver; on: of each card the kernel, its context, threads and multiprocessors.
+inline void init_kernel(card::held *self, const std::vector<std::uintptr_t> &functions,
+                        const std::vector<std::tuple<std::uintptr_t, std::uintptr_t, int, int>> &on,
+                        const std::vector<std::int64_t> &widths, std::size_t inputs, bool single) {
+  card::kernel k = {{}, {}, widths, inputs, single};
+  const auto take = [&](auto &function, std::size_t i) {
+    function = at_address<std::decay_t<decltype(function)>>(functions.at(i));
+  };
+  take(k.of.launch, 0), take(k.of.context_of, 1), take(k.of.get_current, 2), take(k.of.push, 3), take(k.of.pop, 4);
+  take(k.of.name_of, 5);
+  for (const auto &[function, context, threads, multiprocessors] : on)
+    k.on.push_back({at_address<void *>(function), at_address<void *>(context), threads, multiprocessors});
+  new (self) card::held(std::move(k));
+}
+
 inline void add_operators(nb::module_ &module) {
   nb::class_<held>(module, "Operator", "An algorithm with its derivatives, for one model.")
       .def("__init__", &init, "model"_a, "value"_a, "value_result"_a, "lift"_a, "first"_a, "first_result"_a,
@@ -124,7 +144,12 @@ inline void add_operators(nb::module_ &module) {
           "shape", [](const held &h) { return h.of->result_shape(); }, "Of the result of a state.")
       .def("compute", &compute_arrays<double>, "stage"_a, "inputs"_a, "outputs"_a, "threads"_a)
       .def("compute", &compute_arrays<float>, "stage"_a, "inputs"_a, "outputs"_a, "threads"_a);
-  module.attr("xla_handler") = nb::capsule(reinterpret_cast<void *>(&ffi::handle));
+  nb::class_<card::held>(module, "CardKernel", "A kernel that is loaded on graphics cards, for programs of JAX.")
+      .def("__init__", &init_kernel, "functions"_a, "on"_a, "widths"_a, "inputs"_a, "single"_a)
+      .def_ro("number", &card::held::number, "By which compiled programs name it.");
+  module.attr("xla_handler") = nb::capsule(reinterpret_cast<void *>(&ffi::handle<ffi::execute, 0>));
+  module.attr("xla_handler_on_card") =
+      nb::capsule(reinterpret_cast<void *>(&ffi::handle<card::execute, xla::may_be_recorded>));
 }
 
 } // namespace operators

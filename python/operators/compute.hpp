@@ -354,7 +354,7 @@ private:
     add_of_efforts(k, efforts, moved);
   }
 
-  /// The same of external wrenches, by which efforts change by −Jᵀ.
+  /// Adds the change that a change of external wrenches makes, by which efforts change by −Jᵀ.
   void add_of_external(index k, const S *change, S *moved) {
     S *const efforts = zeros(efforts_, nv());
     add_transposed(jacobians(k), change, of_.external_numbers(), nv(), efforts);
@@ -416,7 +416,7 @@ private:
     }
   }
 
-  /// The same by the algorithm that computes products for efforts.  Accelerations under given efforts change by −M⁻¹ times what efforts at
+  /// Cotangents by the algorithm that computes products for efforts.  Accelerations under given efforts change by −M⁻¹ times what efforts at
   /// these accelerations change by.
   void gradient() {
     const description &d = of_.given();

@@ -3,6 +3,7 @@
 
 #include "compute.hpp"
 #include "kept.hpp"
+#include "operation.hpp"
 #include "xla.hpp"
 
 #include <cstring>
@@ -56,8 +57,8 @@ template <class S> void run(const xla::call_frame &frame, const operation &of, s
   compute(of, what, given, threads);
 }
 
-inline void execute(const xla::call_frame &frame) {
-  const std::shared_ptr<const operation> of = kept::find(constant(frame, "operator"));
+inline xla::error *execute(const xla::call_frame &frame) {
+  const std::shared_ptr<const operation> of = kept<operation>::find(constant(frame, "operator"));
   if (!of)
     throw std::invalid_argument(
         "the model of this compiled function is of another process, or is gone; compile the function here");
@@ -69,27 +70,27 @@ inline void execute(const xla::call_frame &frame) {
   if (frame.arguments.n == 0)
     throw std::invalid_argument("a call without arguments");
   switch (buffer(frame.arguments, 0).type) {
-  case xla::number_type::f64: return run<double>(frame, *of, what, threads);
-  case xla::number_type::f32: return run<float>(frame, *of, what, threads);
+  case xla::number_type::f64: return run<double>(frame, *of, what, threads), nullptr;
+  case xla::number_type::f32: return run<float>(frame, *of, what, threads), nullptr;
   case xla::number_type::s64: break;
   }
   throw std::invalid_argument("arrays are neither float32 nor float64");
 }
 
 /// What XLA calls, once to learn for which version of the interface it is made, and then for each step of a program.
-inline xla::error *handle(xla::call_frame *frame) {
+template <xla::error *(*execute)(const xla::call_frame &), std::uint32_t traits>
+xla::error *handle(xla::call_frame *frame) {
   if (frame->first && frame->first->type == xla::metadata_extension) {
     xla::metadata &of = *reinterpret_cast<xla::with_metadata *>(frame->first)->of;
     // Structs grow at their ends within a major version; XLA refuses one that it doesn't serve.
     of.api.major = xla::known_major, of.api.minor = frame->api ? frame->api->api.minor : 1;
-    of.traits = 0;
+    of.traits = traits;
     return nullptr;
   }
   if (frame->what != xla::step::execute)
     return nullptr;
   try {
-    execute(*frame);
-    return nullptr;
+    return execute(*frame);
   } catch (const std::exception &e) {
     return fail(*frame, std::string("ksl: ") + e.what(), xla::code::invalid_argument);
   }

@@ -1,8 +1,6 @@
-// Operators by number.  Programs that JAX has compiled name an operator by its number, which is random, so that a program that was compiled in
-// another process finds none instead of a wrong one.
+// Operators, and kernels of graphics cards, by number.  Programs that JAX has compiled name one by its number, which is random, so that a program
+// that was compiled in another process finds none instead of a wrong one.
 #pragma once
-
-#include "operation.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -12,9 +10,9 @@
 
 namespace operators {
 
-class kept {
+template <class T> class kept {
 public:
-  static std::int64_t add(const std::shared_ptr<const operation> &of) {
+  static std::int64_t add(const std::shared_ptr<const T> &of) {
     const std::scoped_lock lock(mutex());
     std::random_device random;
     for (;;) {
@@ -28,7 +26,7 @@ public:
     all().erase(number);
   }
   /// Null if there is none.
-  static std::shared_ptr<const operation> find(std::int64_t number) {
+  static std::shared_ptr<const T> find(std::int64_t number) {
     const std::scoped_lock lock(mutex());
     const auto found = all().find(number);
     return found == all().end() ? nullptr : found->second;
@@ -39,9 +37,9 @@ private:
     static std::mutex of_all;
     return of_all;
   }
-  static std::unordered_map<std::int64_t, std::shared_ptr<const operation>> &all() {
+  static std::unordered_map<std::int64_t, std::shared_ptr<const T>> &all() {
     static auto *const map =
-        new std::unordered_map<std::int64_t, std::shared_ptr<const operation>>; // threads may still compute at exit
+        new std::unordered_map<std::int64_t, std::shared_ptr<const T>>; // threads may still compute at exit
     return *map;
   }
 };

@@ -16,6 +16,8 @@ struct extension {
   extension *next;
 };
 constexpr int metadata_extension = 1;
+/// A trait: what is put into a stream may be recorded, and run again without a call.
+constexpr std::uint32_t may_be_recorded = 1;
 
 struct version {
   std::size_t size;
@@ -43,6 +45,12 @@ struct error_arguments {
   code of;
 };
 
+struct stream_arguments {
+  std::size_t size;
+  extension *first;
+  void *context, *stream;
+};
+
 /// The functions of XLA; there are more behind these.
 struct functions {
   std::size_t size;
@@ -50,6 +58,8 @@ struct functions {
   version api;
   const void *internal;
   error *(*create_error)(error_arguments *);
+  const void *others[3];
+  error *(*get_stream)(stream_arguments *);
 };
 
 enum class number_type : int { s64 = 5, f32 = 11, f64 = 12 };

@@ -140,12 +140,14 @@ namespace ksl {{
 }} // namespace ksl
 """
 
-BATCH = """\
-template <class S> void {name}_batch(const model &m, const batch_view<S> &batch, int threads) {{
-  compute_batch(rows::{name}, m, batch, threads);
-}}
-template void {name}_batch(const model &, const batch_view<double> &, int);
-template void {name}_batch(const model &, const batch_view<float> &, int);
+BATCHES = """\
+#define KSL_BATCH_CALL(name) \\
+  template <class S> void name##_batch(const model &m, const batch_view<S> &batch, int threads) {{ compute_batch(rows::name, m, batch, threads); }} \\
+  template void name##_batch(const model &, const batch_view<double> &, int); \\
+  template void name##_batch(const model &, const batch_view<float> &, int);
+
+{calls}
+#undef KSL_BATCH_CALL
 """
 
 
@@ -167,6 +169,6 @@ def files() -> dict[str, str]:
             mark=MARK,
             what="The calls of ksl/batch_calls.hpp.",
             includes=includes("batch/compute_batch.hpp", "ksl/batch.hpp"),
-            definitions="\n".join(BATCH.format(name=row.name) for row in batch),
+            definitions=BATCHES.format(calls="".join(f"KSL_BATCH_CALL({row.name})\n" for row in batch)),
         ),
     }

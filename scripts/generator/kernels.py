@@ -22,12 +22,12 @@ REQUEST = {
 }
 
 
-def engine_call(row: Algorithm, function: str) -> str:
+def engine_call(row: Algorithm, function: str, workspace: str = "w") -> str:
     """The call of the engine's function with the members of a state_view."""
     arguments = [f"s.{name}" for name in row.inputs]
     arguments += REQUEST.get(row.request, []) + (["order_of(s.frame)"] if ordered(row) else []) + (["s.external"] if row.external else [])
     arguments += [f"s.result[{i}]" for i in range(len(row.results))]
-    return f"{function}(model, w, {', '.join(arguments)});"
+    return f"{function}(model, {workspace}, {', '.join(arguments)});"
 
 
 def header(row: Algorithm) -> str:
@@ -83,28 +83,22 @@ def result_row(result: Result) -> str:
 
 
 def row_members(row: Algorithm) -> list[str]:
+    """Lines of members: name and inputs; what else a call takes and what it demands, where that isn't nothing; results."""
     names = ", ".join(f'"{name}"' for name in row.input_names())
-    return [
-        f'.name = "{row.name}"',
-        f".inputs = {len(row.inputs)}",
-        f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}",
-        f".input_name = {{{names}}}",
-        f".external = external_use::{row.external or 'none'}",
-        f".request = request_kind::{row.request or 'none'}",
-        f".needs_mass = {'true' if row.needs_mass else 'false'}",
-        f".nan_without_mass = {'true' if row.nan_without_mass else 'false'}",
-        f".smooth_friction = {'true' if row.smooth_friction else 'false'}",
-        f".results = {len(row.results)}",
-        f".result = {{{', '.join(map(result_row, row.results))}}}",
-    ]
+    inputs = [f'.name = "{row.name}"', f".inputs = {len(row.inputs)}", f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}"]
+    takes = [f".external = external_use::{row.external}"] if row.external else []
+    takes += [f".request = request_kind::{row.request}"] if row.request else []
+    takes += [f".{demand} = true" for demand in ("needs_mass", "nan_without_mass", "smooth_friction") if getattr(row, demand)]
+    results = [f".results = {len(row.results)}", f".result = {{{', '.join(map(result_row, row.results))}}}"]
+    return [", ".join(members) for members in ([*inputs, f".input_name = {{{names}}}"], takes, results) if members]
 
 
 def row_text(row: Algorithm) -> str:
     """The row as the library sees it, with its kernels.  An algorithm's own file includes no other rows, so that a new row does not
     recompile all kernels."""
-    lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
-    lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
-    lines += [f".mimic = mimic_by::{row.mimic}", f".elements = elements_by::{row.elements}", f".loops = loops_by::{row.loops}"]
+    computed = [f".kernels = &kernel_table::{kernels_of(row).name}"] + ([f".variant_of = &{row.variant_of}"] if row.variant_of else [])
+    couplings = [f".mimic = mimic_by::{row.mimic}", f".elements = elements_by::{row.elements}", f".loops = loops_by::{row.loops}"]
+    lines = [*row_members(row), ", ".join(computed), ", ".join(couplings)]
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
 
 
@@ -116,9 +110,16 @@ ROWS = """\
 
 namespace ksl {{
 
+/// DO(name, set) for the kernels of every algorithm.
+#define KSL_EACH_KERNEL(DO, set) \\
+{names}
+
 /// The kernels of one instruction set.
 struct kernel_table {{
-{members}}};
+#define KSL_KERNEL_MEMBER(name, set) const algorithm_kernels *name;
+  KSL_EACH_KERNEL(KSL_KERNEL_MEMBER, none)
+#undef KSL_KERNEL_MEMBER
+}};
 
 namespace rows {{
 
@@ -138,13 +139,11 @@ TABLES = """\
 
 #include "engine/kernels/algorithm_rows.hpp"
 
-#define KSL_DECLARE_KERNELS(set) \\
-{declarations}
+#define KSL_DECLARE_KERNEL(name, set) extern "C" const ksl::algorithm_kernels ksl_kernels_##name##_##set;
+#define KSL_DECLARE_KERNELS(set) KSL_EACH_KERNEL(KSL_DECLARE_KERNEL, set)
 
-#define KSL_KERNEL_TABLE(set) \\
-  {{ \\
-{initialisers}
-  }}
+#define KSL_KERNEL_ENTRY(name, set) .name = &ksl_kernels_##name##_##set,
+#define KSL_KERNEL_TABLE(set) {{KSL_EACH_KERNEL(KSL_KERNEL_ENTRY, set)}}
 """
 
 
@@ -179,15 +178,12 @@ RECORDED = """\
 #include <utility>
 
 namespace ksl::generate {{
-namespace {{
-
-{records}
-}} // namespace
 
 record_row recorder_of(const char *row) {{
+  using model_type = model_view<recording>;
+  using state_type = state_view<recording>;
   static constexpr std::pair<std::string_view, record_row> recorders[] = {{
-{choices}
-  }};
+{records}  }};
   for (const auto &[name, recorder] : recorders)
     if (name == row)
       return recorder;
@@ -198,29 +194,28 @@ record_row recorder_of(const char *row) {{
 """
 
 RECORD = """\
-void {name}(const model_view<recording> &model, const state_view<recording> &s) {{
-  const empty_workspace<{workspace}<recording>> memory(model);
-  const auto &w = *memory;
-  {call}
-}}
+      {{"{name}",
+       [](const model_type &model, const state_type &s) {{
+         const empty_workspace<{workspace}<recording>> w(model);
+         {call}
+       }}}},
 """
 
 
-def over_any_scalar(row: Algorithm) -> str:
+def over_any_scalar(row: Algorithm, workspace: str = "w", indent: int = 4) -> str:
     """The call of the engine's function; where efforts come with reactions, these are a second result."""
     if row.request != "reactions":
-        return engine_call(row, f"ksl::{row.name}")
+        return engine_call(row, f"ksl::{row.name}", workspace)
     arguments = [*(f"s.{name}" for name in row.inputs), "s.external", "s.result[0]", *REQUEST["joints"], "s.result[1]"]
-    return call("    ksl::inverse_dynamics_with_reactions(", ["model", "w", *arguments], ");").lstrip()
+    return call(f"{' ' * indent}ksl::inverse_dynamics_with_reactions(", ["model", workspace, *arguments], ");").lstrip()
 
 
 def recorded_rows() -> str:
     """All algorithms over recordings."""
     rows = COMPUTING
     includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in rows}))
-    records = "\n".join(RECORD.format(name=f"record_{row.name}", workspace=workspace(row), call=over_any_scalar(row)) for row in rows)
-    choices = "\n".join(f'      {{"{row.name}", record_{row.name}}},' for row in rows)
-    return RECORDED.format(mark=MARK, includes=includes, records=records, choices=choices)
+    records = "".join(RECORD.format(name=row.name, workspace=workspace(row), call=over_any_scalar(row, "*w", 9)) for row in rows)
+    return RECORDED.format(mark=MARK, includes=includes, records=records)
 
 
 def workspace(row: Algorithm) -> str:
@@ -229,13 +224,12 @@ def workspace(row: Algorithm) -> str:
 
 def files() -> dict[str, str]:
     out = {f"src/engine/kernels/algorithms/{GROUP_OF[row.name]}/{row.name}.cpp": kernel(row) for row in COMPUTING}
-    members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
+    each = " \\\n".join(f"  DO({row.name}, set)" for row in COMPUTING)
     variants = [row for row in ALGORITHMS if row.variant_of]
-    rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), "".join(f"    &{row.name},\n" for row in ALGORITHMS)
-    out["src/engine/kernels/algorithm_rows.hpp"] = ROWS.format(mark=MARK, members=members, rows=rows, all=names)
-    declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
-    initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"
-    out["src/engine/kernels/kernel_tables.hpp"] = TABLES.format(mark=MARK, declarations=declarations, initialisers=initialisers)
+    rows = "\n".join(map(row_text, [*COMPUTING, *variants]))
+    names = call("    ", [f"&{row.name}" for row in ALGORITHMS], ",\n")
+    out["src/engine/kernels/algorithm_rows.hpp"] = ROWS.format(mark=MARK, names=each, rows=rows, all=names)
+    out["src/engine/kernels/kernel_tables.hpp"] = TABLES.format(mark=MARK)
     includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in COMPUTING}))
     sizes = "\n".join(f"      workspace_bytes<{workspace(row)}<double>>(m)," for row in COMPUTING)
     out["src/engine/kernels/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)

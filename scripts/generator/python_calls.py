@@ -69,7 +69,7 @@ FIRST = {
 }
 """What methods do first for mechanisms with loops."""
 FURTHER = {
-    "reactions": "stiffness: Mapping[str, Stiffness] | None = None",
+    "reactions": "stiffness: Stiffnesses | None = None",
     "forward_dynamics": "stabilise: Gains | None = None",
     "reactions_derivatives": 'undetermined: Undetermined = "refuse"',
 }
@@ -162,7 +162,7 @@ CALLS = '''\
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from numpy.typing import ArrayLike
 
@@ -170,7 +170,7 @@ from ksl import _core
 from ksl.mechanism.loops import Gains, LoopCalls
 from ksl.mechanism.requests import one_of, requests_given
 from ksl.mechanism.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
-from ksl.mechanism.stiffness import Stiffness
+from ksl.mechanism.stiffness import Stiffnesses
 
 
 class Calls(LoopCalls):
@@ -272,6 +272,9 @@ Operator\\.compute$:
 
 ^_core\\.xla_handler$:
     xla_handler: Any
+
+^_core\\.xla_handler_on_card$:
+    xla_handler_on_card: Any
 
 ^_core\\.joint_kinds$:
     joint_kinds: tuple[JointKind, ...]

@@ -14,7 +14,7 @@ six-vectors linear first unless `order` says otherwise. q has nq numbers; v, a a
 * **C**, one state: `ksl_NAME(model, data, inputs…, external, request…, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
   stride behind each array; where external wrenches are optional, `ksl_NAME_external_batch` takes them. The suffix `f` is
   single precision. (Where reactions are computed beside efforts, the request comes between the two.) Each section below has the
-  calls in double precision whole; [From C](../c.md) shows them at work.
+  calls in double precision whole; [KSL in C and C++](../start/embedded.md#inverse-dynamics-and-reactions) shows them at work.
 * **Python**: `model.NAME(inputs…, external, …, out, threads)`, any leading shape. `rnea`, `aba` and `crba` are other names of
   `inverse_dynamics`, `forward_dynamics` and `mass_matrix`.
 

@@ -6,6 +6,7 @@
 # LINT_OPTIONS=--record writes it, too.
 
 FORMAT_TOOL = $(BIN)/python scripts/format.py --version >/dev/null 2>&1 || $(BIN)/python -m pip install -q $$(sed -n 's/^VERSION = "\(.*\)"/clang-format==\1/p' scripts/format.py)
+RUFF = $(BIN)/python -c 'import ruff' 2>/dev/null || $(BIN)/python -m pip install -q 'ruff>=0.15'
 
 .PHONY: lint lint-alone lint-tools format
 lint: build-gcc build-clang
@@ -16,10 +17,12 @@ lint-alone: lint-tools
 
 lint-tools: $(VENV)/.tested
 	scripts/system_packages.sh lint test
-	$(BIN)/python -c 'import ruff' 2>/dev/null || $(BIN)/python -m pip install -q 'ruff>=0.15'
+	$(RUFF)
 	$(FORMAT_TOOL)
 
-# C and C++ as .clang-format says.
+# C and C++ as .clang-format says, Python as pyproject.toml does.
 format: $(VENV)/.tools
 	$(FORMAT_TOOL)
 	$(BIN)/python scripts/format.py
+	$(RUFF)
+	$(BIN)/python -m ruff format --quiet python scripts test bench examples docs fuzz

@@ -118,7 +118,7 @@ def public_headers():
 
 
 def own_files():
-    """Those that cppcheck reads."""
+    """The files that cppcheck reads."""
     return {path for folder in ("src", "python") for path in (ROOT / folder).rglob("*") if path.suffix in (".c", ".cpp", ".hpp")}
 
 
@@ -214,6 +214,7 @@ def analyzer_jobs(every, changed):
 
 def format_jobs():
     yield Job("format", "all C and C++", [sys.executable, str(ROOT / "scripts/format.py"), "--check"])
+    yield Job("format", "all Python", [sys.executable, "-m", "ruff", "format", "--check", "--quiet", *(str(ROOT / folder) for folder in PYTHON)])
 
 
 def python_jobs():
@@ -234,6 +235,7 @@ def fault_jobs():
     yield Job("cppcheck", "faults/cppcheck.c", [*CPPCHECK, str(FAULTS / "cppcheck.c")], "out of bounds")
     yield Job("analyzer", "faults/analyzer.c", ["gcc", "-O1", "-fanalyzer", "-Werror", "-c", "-o", os.devnull, str(FAULTS / "analyzer.c")], "double-free")
     yield Job("format", "faults/format.cpp", [sys.executable, str(ROOT / "scripts/format.py"), "--check", str(FAULTS / "format.cpp")], "format.cpp")
+    yield Job("format", "faults/format.py", [sys.executable, "-m", "ruff", "format", "--check", "--no-cache", str(FAULTS / "format.py")], "format.py")
     yield Job("ruff", "faults/ruff_fault.py", [sys.executable, "-m", "ruff", "check", "--quiet", "--no-cache", str(FAULTS / "ruff_fault.py")], "F821")
     yield Job("mypy", "faults/mypy_fault.py", [sys.executable, "-m", "mypy", str(FAULTS / "mypy_fault.py")], "no-untyped-def")
 

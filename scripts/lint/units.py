@@ -51,7 +51,7 @@ class Unit:
 
     @property
     def key(self):
-        """The same for the same unit of another build."""
+        """A name that the same unit of another build has, too."""
         return (str(self.file.relative_to(self.folder)) if self.is_group else changes.name(self.file)), self.march
 
 

@@ -25,7 +25,7 @@ NAME = re.compile(r"(?:struct|class|enum class|enum|using|concept)\s+(?:KSL_\w+\
 
 
 def headers(pattern):
-    """Those of FIRST in their order, then the others by name."""
+    """The headers of FIRST in their order, then the others by name."""
     names = sorted(path.name for path in (INCLUDE / "ksl").glob(pattern) if path.name not in NONE_OF_USERS)
     stems = {name: name.partition(".")[0] for name in names}
     return [f"ksl/{name}" for name in sorted(names, key=lambda name: FIRST.index(stems[name]) if stems[name] in FIRST else len(FIRST))]
@@ -44,7 +44,7 @@ def pages():
             "C: models, dynamics, arrays",
             "c",
             [*headers("engine*.h"), "ksl/arrays.h"],
-            "Every declaration of the headers for C that need the library. [From C](../c.md) shows them at work; [the algebra](README.md) needs no library.",
+            "Every declaration of the headers for C that need the library. [KSL in C and C++](../start/embedded.md#inverse-dynamics-and-reactions) shows them at work; [the algebra](README.md) needs no library.",
         ),
     }
 

@@ -54,7 +54,7 @@ def made(run):
 
 
 def age_line(age):
-    """That of a record, if there is something to say."""
+    """A line about a record's age, if there is something to say."""
     if age:
         yield ""
         yield age
@@ -96,8 +96,10 @@ def runs_lines(command, runs, ages):
     yield f"`{command}`:"
     yield ""
     yield from table(["record", *figures, "state", "date", "of", "planted faults", "machine"], rows)
+    if any(ages.values()):
+        yield ""
+        yield from (f"* {name}: {age}" for name, age in ages.items() if age)
     for name, run in runs.items():
-        yield from age_line(f"{name}: {ages[name]}" if ages[name] else "")
         for note in run["notes"]:
             yield ""
             yield f"{name}: {note}"
@@ -146,7 +148,8 @@ def commit_of(text):
 
 def without_history(text):
     """A page without what it says of the history of records."""
-    kept = re.sub(rf"^({AS_OF.format('.*')}|(\S+: )?(That commit is not in the history|The code that it covers has) .*)\n\n?", "", text, flags=re.MULTILINE)
+    said = r"(That commit is not in the history|The code that it covers has) .*\n"
+    kept = re.sub(rf"^({AS_OF.format('.*')}\n|{said}|(\* \S+: {said})+)\n?", "", text, flags=re.MULTILINE)
     return kept.rstrip("\n") + "\n"
 
 

@@ -28,7 +28,7 @@ def run_ctest(pattern, build, folder):
 
 
 def of_files(found, paths):
-    """Those of pytest's cases that stand in these files or folders."""
+    """pytest's cases that stand in these files or folders."""
     names = tuple(path.removesuffix(".py").replace("/", ".").rstrip(".") for path in paths)
     return [case for case in found if any(f"{case.get('classname')}.".startswith(f"{name}.") for name in names)]
 

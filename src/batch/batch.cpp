@@ -9,6 +9,15 @@
 
 #include <atomic>
 
+// A call of compute_batch is cut into parts of whole blocks, a block being as many states as a kernel has lanes (threads.hpp):
+//
+//     states       |  block  |  block  |  block  |  block  |  … |rest|
+//     parts        |─────── part 0 ────|─────── part 1 ────|  …
+//     workspaces   memory + 0 bytes, memory + bytes, …           one for each seat, that is for each thread at work
+//
+// The workspaces are in one piece of memory that the calling thread keeps, so that the second call of its kind allocates nothing.  Blocks begin at the
+// same states on any number of threads, and results have the same bits.
+
 namespace ksl {
 namespace {
 
@@ -77,6 +86,7 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
                         least_states(m.moving_joints()), threads);
   const std::size_t bytes = bytes_of_batch(row, m, batch);
   std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
+  // whether all results are finite, as far as a sum tells; only if not, the states are looked at one by one, for a message
   std::atomic<bool> ordinary{true};
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
     if (!run_part_of_batch(row, m, batch, first, end, memory + bytes * seat))

@@ -6,400 +6,78 @@
 
 namespace ksl {
 
-template <class S> void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::inverse_dynamics, m, batch, threads);
-}
-template void inverse_dynamics_batch(const model &, const batch_view<double> &, int);
-template void inverse_dynamics_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::inverse_dynamics_with_reactions, m, batch, threads);
-}
-template void inverse_dynamics_with_reactions_batch(const model &, const batch_view<double> &, int);
-template void inverse_dynamics_with_reactions_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void reactions_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::reactions, m, batch, threads);
-}
-template void reactions_batch(const model &, const batch_view<double> &, int);
-template void reactions_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void effort_parts_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::effort_parts, m, batch, threads);
-}
-template void effort_parts_batch(const model &, const batch_view<double> &, int);
-template void effort_parts_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void bias_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::bias, m, batch, threads);
-}
-template void bias_batch(const model &, const batch_view<double> &, int);
-template void bias_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void gravity_torque_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::gravity_torque, m, batch, threads);
-}
-template void gravity_torque_batch(const model &, const batch_view<double> &, int);
-template void gravity_torque_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::forward_dynamics, m, batch, threads);
-}
-template void forward_dynamics_batch(const model &, const batch_view<double> &, int);
-template void forward_dynamics_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::forward_dynamics_by_mass_matrix, m, batch, threads);
-}
-template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<double> &, int);
-template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::hybrid_dynamics, m, batch, threads);
-}
-template void hybrid_dynamics_batch(const model &, const batch_view<double> &, int);
-template void hybrid_dynamics_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::velocity_jump, m, batch, threads);
-}
-template void velocity_jump_batch(const model &, const batch_view<double> &, int);
-template void velocity_jump_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::mass_matrix, m, batch, threads);
-}
-template void mass_matrix_batch(const model &, const batch_view<double> &, int);
-template void mass_matrix_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::mass_matrix_upper, m, batch, threads);
-}
-template void mass_matrix_upper_batch(const model &, const batch_view<double> &, int);
-template void mass_matrix_upper_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::mass_matrix_tree, m, batch, threads);
-}
-template void mass_matrix_tree_batch(const model &, const batch_view<double> &, int);
-template void mass_matrix_tree_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::mass_matrix_factor, m, batch, threads);
-}
-template void mass_matrix_factor_batch(const model &, const batch_view<double> &, int);
-template void mass_matrix_factor_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::mass_matrix_inverse, m, batch, threads);
-}
-template void mass_matrix_inverse_batch(const model &, const batch_view<double> &, int);
-template void mass_matrix_inverse_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::solve_mass_matrix, m, batch, threads);
-}
-template void solve_mass_matrix_batch(const model &, const batch_view<double> &, int);
-template void solve_mass_matrix_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::coriolis_matrix, m, batch, threads);
-}
-template void coriolis_matrix_batch(const model &, const batch_view<double> &, int);
-template void coriolis_matrix_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_poses, m, batch, threads);
-}
-template void frame_poses_batch(const model &, const batch_view<double> &, int);
-template void frame_poses_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_velocity, m, batch, threads);
-}
-template void frame_velocity_batch(const model &, const batch_view<double> &, int);
-template void frame_velocity_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_velocities, m, batch, threads);
-}
-template void frame_velocities_batch(const model &, const batch_view<double> &, int);
-template void frame_velocities_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_acceleration, m, batch, threads);
-}
-template void frame_acceleration_batch(const model &, const batch_view<double> &, int);
-template void frame_acceleration_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_accelerations_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_accelerations, m, batch, threads);
-}
-template void frame_accelerations_batch(const model &, const batch_view<double> &, int);
-template void frame_accelerations_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void point_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::point_velocity, m, batch, threads);
-}
-template void point_velocity_batch(const model &, const batch_view<double> &, int);
-template void point_velocity_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void point_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::point_acceleration, m, batch, threads);
-}
-template void point_acceleration_batch(const model &, const batch_view<double> &, int);
-template void point_acceleration_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::jacobian, m, batch, threads);
-}
-template void jacobian_batch(const model &, const batch_view<double> &, int);
-template void jacobian_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::jacobian_rate, m, batch, threads);
-}
-template void jacobian_rate_batch(const model &, const batch_view<double> &, int);
-template void jacobian_rate_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::relative_pose, m, batch, threads);
-}
-template void relative_pose_batch(const model &, const batch_view<double> &, int);
-template void relative_pose_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::relative_velocity, m, batch, threads);
-}
-template void relative_velocity_batch(const model &, const batch_view<double> &, int);
-template void relative_velocity_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::relative_jacobian, m, batch, threads);
-}
-template void relative_jacobian_batch(const model &, const batch_view<double> &, int);
-template void relative_jacobian_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::operational_space_inertia_inverse, m, batch, threads);
-}
-template void operational_space_inertia_inverse_batch(const model &, const batch_view<double> &, int);
-template void operational_space_inertia_inverse_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::operational_space_inertia, m, batch, threads);
-}
-template void operational_space_inertia_batch(const model &, const batch_view<double> &, int);
-template void operational_space_inertia_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void operational_space_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::operational_space, m, batch, threads);
-}
-template void operational_space_batch(const model &, const batch_view<double> &, int);
-template void operational_space_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void energy_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::energy, m, batch, threads);
-}
-template void energy_batch(const model &, const batch_view<double> &, int);
-template void energy_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void external_power_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::external_power, m, batch, threads);
-}
-template void external_power_batch(const model &, const batch_view<double> &, int);
-template void external_power_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::center_of_mass, m, batch, threads);
-}
-template void center_of_mass_batch(const model &, const batch_view<double> &, int);
-template void center_of_mass_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::center_of_mass_jacobian, m, batch, threads);
-}
-template void center_of_mass_jacobian_batch(const model &, const batch_view<double> &, int);
-template void center_of_mass_jacobian_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::center_of_mass_velocity, m, batch, threads);
-}
-template void center_of_mass_velocity_batch(const model &, const batch_view<double> &, int);
-template void center_of_mass_velocity_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::center_of_mass_acceleration, m, batch, threads);
-}
-template void center_of_mass_acceleration_batch(const model &, const batch_view<double> &, int);
-template void center_of_mass_acceleration_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::centroidal_momentum, m, batch, threads);
-}
-template void centroidal_momentum_batch(const model &, const batch_view<double> &, int);
-template void centroidal_momentum_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::centroidal_momentum_matrix, m, batch, threads);
-}
-template void centroidal_momentum_matrix_batch(const model &, const batch_view<double> &, int);
-template void centroidal_momentum_matrix_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::centroidal_momentum_rate, m, batch, threads);
-}
-template void centroidal_momentum_rate_batch(const model &, const batch_view<double> &, int);
-template void centroidal_momentum_rate_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::inverse_dynamics_derivatives, m, batch, threads);
-}
-template void inverse_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
-template void inverse_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void inverse_dynamics_gradient_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::inverse_dynamics_gradient, m, batch, threads);
-}
-template void inverse_dynamics_gradient_batch(const model &, const batch_view<double> &, int);
-template void inverse_dynamics_gradient_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void stiffness_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::stiffness, m, batch, threads);
-}
-template void stiffness_batch(const model &, const batch_view<double> &, int);
-template void stiffness_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::forward_dynamics_derivatives, m, batch, threads);
-}
-template void forward_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
-template void forward_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::reactions_derivatives, m, batch, threads);
-}
-template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
-template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void reactions_external_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::reactions_external_derivatives, m, batch, threads);
-}
-template void reactions_external_derivatives_batch(const model &, const batch_view<double> &, int);
-template void reactions_external_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_velocity_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_velocity_derivatives, m, batch, threads);
-}
-template void frame_velocity_derivatives_batch(const model &, const batch_view<double> &, int);
-template void frame_velocity_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_velocities_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_velocities_derivatives, m, batch, threads);
-}
-template void frame_velocities_derivatives_batch(const model &, const batch_view<double> &, int);
-template void frame_velocities_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_acceleration_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_acceleration_derivatives, m, batch, threads);
-}
-template void frame_acceleration_derivatives_batch(const model &, const batch_view<double> &, int);
-template void frame_acceleration_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void frame_accelerations_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::frame_accelerations_derivatives, m, batch, threads);
-}
-template void frame_accelerations_derivatives_batch(const model &, const batch_view<double> &, int);
-template void frame_accelerations_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void energy_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::energy_derivatives, m, batch, threads);
-}
-template void energy_derivatives_batch(const model &, const batch_view<double> &, int);
-template void energy_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void centroidal_momentum_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::centroidal_momentum_derivatives, m, batch, threads);
-}
-template void centroidal_momentum_derivatives_batch(const model &, const batch_view<double> &, int);
-template void centroidal_momentum_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void centroidal_momentum_rate_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::centroidal_momentum_rate_derivatives, m, batch, threads);
-}
-template void centroidal_momentum_rate_derivatives_batch(const model &, const batch_view<double> &, int);
-template void centroidal_momentum_rate_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void inverse_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::inverse_dynamics_second_derivatives, m, batch, threads);
-}
-template void inverse_dynamics_second_derivatives_batch(const model &, const batch_view<double> &, int);
-template void inverse_dynamics_second_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void forward_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::forward_dynamics_second_derivatives, m, batch, threads);
-}
-template void forward_dynamics_second_derivatives_batch(const model &, const batch_view<double> &, int);
-template void forward_dynamics_second_derivatives_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::inverse_dynamics_regressor, m, batch, threads);
-}
-template void inverse_dynamics_regressor_batch(const model &, const batch_view<double> &, int);
-template void inverse_dynamics_regressor_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::gravity_torque_regressor, m, batch, threads);
-}
-template void gravity_torque_regressor_batch(const model &, const batch_view<double> &, int);
-template void gravity_torque_regressor_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::reactions_regressor, m, batch, threads);
-}
-template void reactions_regressor_batch(const model &, const batch_view<double> &, int);
-template void reactions_regressor_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::energy_regressor, m, batch, threads);
-}
-template void energy_regressor_batch(const model &, const batch_view<double> &, int);
-template void energy_regressor_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::momentum_regressor, m, batch, threads);
-}
-template void momentum_regressor_batch(const model &, const batch_view<double> &, int);
-template void momentum_regressor_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void integrate_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::integrate, m, batch, threads);
-}
-template void integrate_batch(const model &, const batch_view<double> &, int);
-template void integrate_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void difference_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::difference, m, batch, threads);
-}
-template void difference_batch(const model &, const batch_view<double> &, int);
-template void difference_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void interpolate_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::interpolate, m, batch, threads);
-}
-template void interpolate_batch(const model &, const batch_view<double> &, int);
-template void interpolate_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void integrate_jacobians_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::integrate_jacobians, m, batch, threads);
-}
-template void integrate_jacobians_batch(const model &, const batch_view<double> &, int);
-template void integrate_jacobians_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void difference_jacobians_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::difference_jacobians, m, batch, threads);
-}
-template void difference_jacobians_batch(const model &, const batch_view<double> &, int);
-template void difference_jacobians_batch(const model &, const batch_view<float> &, int);
+#define KSL_BATCH_CALL(name) \
+  template <class S> void name##_batch(const model &m, const batch_view<S> &batch, int threads) { compute_batch(rows::name, m, batch, threads); } \
+  template void name##_batch(const model &, const batch_view<double> &, int); \
+  template void name##_batch(const model &, const batch_view<float> &, int);
+
+KSL_BATCH_CALL(inverse_dynamics)
+KSL_BATCH_CALL(inverse_dynamics_with_reactions)
+KSL_BATCH_CALL(reactions)
+KSL_BATCH_CALL(effort_parts)
+KSL_BATCH_CALL(bias)
+KSL_BATCH_CALL(gravity_torque)
+KSL_BATCH_CALL(forward_dynamics)
+KSL_BATCH_CALL(forward_dynamics_by_mass_matrix)
+KSL_BATCH_CALL(hybrid_dynamics)
+KSL_BATCH_CALL(velocity_jump)
+KSL_BATCH_CALL(mass_matrix)
+KSL_BATCH_CALL(mass_matrix_upper)
+KSL_BATCH_CALL(mass_matrix_tree)
+KSL_BATCH_CALL(mass_matrix_factor)
+KSL_BATCH_CALL(mass_matrix_inverse)
+KSL_BATCH_CALL(solve_mass_matrix)
+KSL_BATCH_CALL(coriolis_matrix)
+KSL_BATCH_CALL(frame_poses)
+KSL_BATCH_CALL(frame_velocity)
+KSL_BATCH_CALL(frame_velocities)
+KSL_BATCH_CALL(frame_acceleration)
+KSL_BATCH_CALL(frame_accelerations)
+KSL_BATCH_CALL(point_velocity)
+KSL_BATCH_CALL(point_acceleration)
+KSL_BATCH_CALL(jacobian)
+KSL_BATCH_CALL(jacobian_rate)
+KSL_BATCH_CALL(relative_pose)
+KSL_BATCH_CALL(relative_velocity)
+KSL_BATCH_CALL(relative_jacobian)
+KSL_BATCH_CALL(operational_space_inertia_inverse)
+KSL_BATCH_CALL(operational_space_inertia)
+KSL_BATCH_CALL(operational_space)
+KSL_BATCH_CALL(energy)
+KSL_BATCH_CALL(external_power)
+KSL_BATCH_CALL(center_of_mass)
+KSL_BATCH_CALL(center_of_mass_jacobian)
+KSL_BATCH_CALL(center_of_mass_velocity)
+KSL_BATCH_CALL(center_of_mass_acceleration)
+KSL_BATCH_CALL(centroidal_momentum)
+KSL_BATCH_CALL(centroidal_momentum_matrix)
+KSL_BATCH_CALL(centroidal_momentum_rate)
+KSL_BATCH_CALL(inverse_dynamics_derivatives)
+KSL_BATCH_CALL(inverse_dynamics_gradient)
+KSL_BATCH_CALL(stiffness)
+KSL_BATCH_CALL(forward_dynamics_derivatives)
+KSL_BATCH_CALL(reactions_derivatives)
+KSL_BATCH_CALL(reactions_external_derivatives)
+KSL_BATCH_CALL(frame_velocity_derivatives)
+KSL_BATCH_CALL(frame_velocities_derivatives)
+KSL_BATCH_CALL(frame_acceleration_derivatives)
+KSL_BATCH_CALL(frame_accelerations_derivatives)
+KSL_BATCH_CALL(energy_derivatives)
+KSL_BATCH_CALL(centroidal_momentum_derivatives)
+KSL_BATCH_CALL(centroidal_momentum_rate_derivatives)
+KSL_BATCH_CALL(inverse_dynamics_second_derivatives)
+KSL_BATCH_CALL(forward_dynamics_second_derivatives)
+KSL_BATCH_CALL(inverse_dynamics_regressor)
+KSL_BATCH_CALL(gravity_torque_regressor)
+KSL_BATCH_CALL(reactions_regressor)
+KSL_BATCH_CALL(energy_regressor)
+KSL_BATCH_CALL(momentum_regressor)
+KSL_BATCH_CALL(integrate)
+KSL_BATCH_CALL(difference)
+KSL_BATCH_CALL(interpolate)
+KSL_BATCH_CALL(integrate_jacobians)
+KSL_BATCH_CALL(difference_jacobians)
+
+#undef KSL_BATCH_CALL
 
 } // namespace ksl

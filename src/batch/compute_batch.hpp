@@ -16,7 +16,7 @@ template <class S>
 void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, int threads,
                    arguments_are given = arguments_are::unchecked);
 
-/// The same for the states [first, end) of the batch, on the calling thread.  Returns whether the results are ordinary, instead of
+/// Runs it on the states [first, end) of the batch, on the calling thread.  Returns whether the results are ordinary, instead of
 /// throwing result_error.
 template <class S>
 bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first,

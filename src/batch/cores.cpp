@@ -1,3 +1,10 @@
+// Control groups are files (cgroups(7), sched-bwc and cgroup-v2 of the kernel's documentation):
+//
+//                 /proc/self/cgroup            quota of the group at that path
+//     version 2   0::/path                     cpu.max:  "quota period" or "max period", µs
+//     version 1   4:cpu,cpuacct:/path          cpu.cfs_quota_us (−1: none), cpu.cfs_period_us
+//
+// A group may use quota / period cores, and no more than the groups around it.
 #include "batch/cores.hpp"
 
 #include <algorithm>

@@ -32,6 +32,7 @@ template <class S> void normalize_quaternions(const model &m, const inverse_kine
 }
 
 /// Kernels measure an orientation's error θ by 2 sin(θ/2), which is the largest, 2, at half a turn.
+/// From π on a tolerance accepts any orientation: 4 is more than all chords.
 double chord_of(double angle) {
   const double pi = std::acos(-1.0);
   return angle < pi ? 2 * std::sin(angle / 2) : 4;
@@ -54,6 +55,7 @@ template <class S> void inverse_kinematics(const model &m, const inverse_kinemat
   const model_view<S> view = m.view_in<S>();
   const coupling_view<S> coupling = m.coupling_in<S>();
   const partition parts(batch.n, targets_each, targets_each, threads);
+  // without memory it only says how much it needs
   const std::size_t bytes = solve(view, coupling, options, batch, 0, 0, nullptr);
   std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {

@@ -1,4 +1,14 @@
 // The pool of worker threads for batches.  They are created when first needed and sleep between calls.
+//
+//     caller                                          worker
+//     open: the job is on the list; wake              sleeps on posted_, after it has polled for a while
+//     take_part(0), take_part(0), …                   takes a seat:  ++helpers                    (under the mutex)
+//                                                     take_part(seat), take_part(seat), …
+//     close: it is off the list; no more seats        none is left:  --helpers, wakes the caller  (under the mutex)
+//     waits until helpers is 0, and returns
+//
+// A job lies on the caller's stack.  Workers find it on the list alone, and touch it between ++helpers and --helpers only, so that it is theirs for no
+// longer than the caller waits.  Parts are dealt out by one counter; its order is relaxed, since what parts write is published by the mutex at the end.
 #include "batch/threads.hpp"
 
 #include "batch/cores.hpp"

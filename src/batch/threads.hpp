@@ -1,4 +1,6 @@
 // Runs ranges of a batch on several threads.  The threads are kept from call to call.
+//
+// A part is the unit of work; a seat is the number of the thread that computes it, by which it finds a workspace that no other uses.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,6 @@
 // The C interface of the builder, and of models made from others.
+//
+// A builder copies all that it is given.  A call that fails leaves it as it was, and a model that was built doesn't follow it any more.
 #include "c_api/calls.hpp"
 #include "engine/building/inertias.hpp"
 
@@ -23,6 +25,7 @@ ksl::SE3<double> pose_of(const ksl_SE3_t *pose) {
   return ksl::same_layout<ksl::SE3<double>>(*pose);
 }
 
+// C has rows, inertia[row][column]; mat3x3 lies in columns
 ksl::link_mass mass_of(const ksl_link_mass_t &of) {
   const auto &I = of.inertia;
   return {of.mass,
@@ -34,6 +37,7 @@ std::optional<ksl::vec3<double>> vector_of(const double *x) {
   return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
 }
 
+// C has no optional numbers: NaN says that one isn't given
 ksl::optional_number number_of(double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); }
 
 ksl::joint_options options_of(const ksl_joint_options_t &of) {
@@ -178,7 +182,8 @@ ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent
 ksl_status_t ksl_builder_build(const ksl_builder_t *builder, const ksl_model_options_t *options, ksl_model_t **model) {
   return created(model, builder, "builder and model must not be null", [&] {
     const ksl_model_options_t o = options ? *options : ksl_model_options();
-    return new ksl_model_t{builder->builder.build(ksl::c_api::options_of(o), {o.strict, o.masses_optional})};
+    return new ksl_model_t{
+        builder->builder.build(ksl::c_api::options_of(o), {.strict = o.strict, .masses_optional = o.masses_optional})};
   });
 }
 

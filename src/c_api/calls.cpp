@@ -72,6 +72,7 @@ template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t
                                            const char *name) {
   if (!rows.first || n == 0)
     return;
+  // bytes = ((n − 1) |stride| + columns) · size of a number, of which each step may be beyond 2⁶⁴
   std::size_t numbers = 0, bytes = 0;
   const std::size_t apart =
       rows.stride < 0 ? -static_cast<std::size_t>(rows.stride) : static_cast<std::size_t>(rows.stride);
@@ -137,6 +138,7 @@ template <class S> struct batch_arguments {
   external_rows<S> *exerted = nullptr;
 
   void lay_out(int joints, int external_n) {
+    // laid out twice: to learn how much it is, and in the memory then
     arena measure;
     lay_out(measure, joints, external_n);
     arena memory(thread_memory(kept_for::arguments, measure.used()));
@@ -194,6 +196,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     const bool any = batch.n > 0;
     if (external) // an empty batch needs no wrenches: anything but null stands for them
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
+    // the thread keeps memory for arguments and for workspaces apart: compute_batch uses the latter while these are read
     batch_arguments<S> arguments;
     const bool of_joints = row.request == request_kind::joints || row.request == request_kind::reactions;
     if (of_joints || external)

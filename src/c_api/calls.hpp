@@ -1,4 +1,16 @@
 // Calls of algorithms from C.  Arguments are checked as the algorithm's row says and then passed on.
+//
+//     ksl_NAME             engine_calls.cpp, generated: arguments become a view, unchecked
+//        ↓
+//     guarded              handles.hpp: exceptions end here, as a status and a message of this thread
+//        ↓
+//     state_call<row>      one state, in the caller's workspace, on the caller's thread; allocates nothing
+//     batch_call(row)      many states, in memory that threads keep, on threads of the library
+//        ↓
+//     compute              engine/run, batch: they trust their arguments
+//
+// All checks are made before anything is written, so that a refused call leaves results as they are.  The row of one state is a template argument:
+// the compiler knows which inputs and results to check.
 #pragma once
 
 #include "batch/compute_batch.hpp"
@@ -48,6 +60,10 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m,
                                                     const typename c_types<S>::external *external);
 
 /// The request for reactions through joints; `links`, which has room for all joints, gets their child links.
+///
+///     joints of a call       0 … n − 1               n … n + loops − 1
+///                            those of the tree       those that close loops
+///     links of a request     their child links       number of links + number of the loop
 reaction_request request_of(const ksl_model_t *m, int *links, const joints_argument &joints);
 
 /// options may be null.
@@ -175,6 +191,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
       s.external = external_of<S>(m, external);
     if (!clearly_apart<row>(m->model, s))
       require_apart(row, m->model, s, 1, rows_view<S>(), 0);
+    // before anything is computed: a call that fails leaves no wrenches that ksl_reactions would read
     d->holds_wrenches = 0;
     compute<S>(row, m->model, d->data, s, arguments_are::finite);
     if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.reads(input::a))
@@ -182,7 +199,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
   });
 }
 
-/// The same for joints: all results are those of the row.
+/// A call with joints: all results are those of the row.
 template <const algorithm_row &row, class S>
 ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
                         const typename c_types<S>::external *external, const joints_argument &joints) {
@@ -200,7 +217,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
   });
 }
 
-/// The same with reactions as a further result.
+/// A call with reactions as a further result.
 template <const algorithm_row &row, class S>
 ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
                         const typename c_types<S>::external *external, const joints_argument &joints, S *wrenches) {

@@ -1,4 +1,7 @@
 // The C interface of models, and the calls that are not generated from api/algorithms/.
+//
+// Strings that are returned belong to the model, and live as long as it; messages belong to the thread.  What a caller gives is copied or read within
+// the call.
 #include "c_api/calls.hpp"
 #include "engine/building/inertias.hpp"
 
@@ -154,13 +157,18 @@ std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
 /// The model of a file's contents; `name` stands for the file in messages.
 ksl_model_t *read_model(const std::string &text, const std::string &name, const ksl_model_options_t *options) {
   const ksl_model_options_t o = options ? *options : ksl_model_options();
+  // what files say themselves goes to the reader, the rest to the model: payloads, physics, and gravity unless the file's is asked for
   ksl::model_options others = ksl::c_api::options_of(o);
-  const ksl::file_options how = {o.mimic_independent, o.strict, std::exchange(others.floating_base, false),
-                                 o.model_name ? o.model_name : ""};
-  ksl::robot_description robot = ksl::read_robot_text(text, name, how);
+  ksl::robot_description robot =
+      ksl::read_robot_text(text, name,
+                           {.floating_base = std::exchange(others.floating_base, false), // the description says it
+                            .mimic_independent = o.mimic_independent,
+                            .strict = o.strict,
+                            .model = o.model_name ? o.model_name : ""});
   if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
     others.gravity.reset(); // that of the description
-  return new ksl_model_t{ksl::model_of(std::move(robot), others, {o.strict, o.masses_optional})};
+  return new ksl_model_t{
+      ksl::model_of(std::move(robot), others, {.strict = o.strict, .masses_optional = o.masses_optional})};
 }
 
 } // namespace
@@ -200,7 +208,10 @@ const char *ksl_instruction_set(void) {
 }
 
 ksl_model_options_t ksl_model_options(void) {
-  return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr, {}};
+  ksl_model_options_t options = {};
+  options.gravity[2] = -9.81;
+  options.file_gravity = true;
+  return options;
 }
 
 ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model) {

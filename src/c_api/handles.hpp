@@ -1,4 +1,7 @@
 // What all files of the C interface share: the handles, and the wrapper that turns exceptions into a status.
+//
+// The caller owns both handles, and frees a workspace before its model, which it points to.  A model never changes after it is made, and may serve many
+// threads; a workspace serves one at a time.
 #pragma once
 
 #include "ksl/dynamics.hpp"

@@ -7,6 +7,7 @@
 namespace ksl::c_api {
 namespace {
 
+// In memory of the thread; a literal where there was none.
 KSL_THREAD_LOCAL const char *message = nullptr;
 KSL_THREAD_LOCAL char warning[256] = "";
 

@@ -94,6 +94,7 @@ void set_events(const ksl_simulation_t &given, simulation &task, std::vector<eve
   task.event_values = given.event_values, task.event_context = given.event_context;
 }
 
+// Forward dynamics refuses a start that isn't closed, before any run begins.
 void require_closed(const model &m, const simulation &task) {
   data d(m);
   std::vector<double> a(static_cast<std::size_t>(m.nv()));
@@ -102,6 +103,7 @@ void require_closed(const model &m, const simulation &task) {
                      a.data());
 }
 
+// A caller can't know how many events there are: those that have room are written, and events_n says how much room a second call needs.
 void put_events(const simulation_record &record, ksl_simulation_results_t &out) {
   out.events_n = record.events.size();
   for (std::size_t k = 0; out.events && k < std::min(out.events_n, out.events_room); ++k) {
@@ -141,6 +143,8 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     require(given->method >= KSL_SEMI_IMPLICIT_EULER && given->method <= KSL_VARIATIONAL,
             "the method is none of ksl_stepping_t");
     require(given->threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
+    // The task points to arrays of the caller's, and to those of this function, which live until simulate() has returned.  Functions of the caller's are
+    // called on the library's threads.
     const ksl::model &model = m->model;
     ksl::simulation task;
     task.runs = given->runs, task.q = given->q, task.v = given->v;
@@ -167,6 +171,7 @@ ksl_status_t ksl_simulate(const ksl_model_t *m, const ksl_simulation_t *given, c
     set_events(*given, task, rules);
     task.after_step = given->after_step, task.step_context = given->step_context;
     require_closed(model, task);
+    // what simulate() refuses is the caller's argument, too
     try {
       put_events(ksl::simulate(model, task,
                                {results->q, results->v, results->a, results->tau, results->kinetic, results->potential,

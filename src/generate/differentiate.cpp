@@ -12,7 +12,7 @@ bool is_zero(const recording &x) {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-recording at(const std::vector<recording> &of, int i) { return i < 0 ? recording() : of[index(i)]; }
+recording at(const recordings &of, int i) { return i < 0 ? recording() : of[index(i)]; }
 
 recording::condition condition(const recording &of) { return recording::condition(of.place()); }
 
@@ -20,8 +20,12 @@ recording twice(const recording &x) { return x + x; }
 
 } // namespace
 
-differentiation::differentiation(const graph &of, const std::vector<recording> &inputs)
-    : of_(of), inputs_(inputs.size()) {
+recordings joined(recordings x, const recordings &y) {
+  x.insert(x.end(), y.begin(), y.end());
+  return x;
+}
+
+differentiation::differentiation(const graph &of, const recordings &inputs) : of_(of), inputs_(inputs.size()) {
   for (const step &s : of.steps()) {
     if (s.what == operation::constant)
       values_.push_back(s.number);
@@ -34,16 +38,26 @@ differentiation::differentiation(const graph &of, const std::vector<recording> &
   }
 }
 
-std::vector<recording> differentiation::rates(const std::vector<recording> &of_inputs) const {
+recordings differentiation::results() const {
+  recordings out;
+  for (const int i : of_.outputs())
+    out.push_back(at(values_, i));
+  return out;
+}
+
+// y = f(a, b):  y' = ∂f/∂a a' + ∂f/∂b b'.  Roots and quotients take y again, and where an algorithm has the sine of an angle
+// it has its cosine, too.
+recordings differentiation::rates(const recordings &of_inputs) const {
   using m = math<recording>;
   const recording zero = 0.0;
-  std::vector<recording> rate;
+  recordings rate;
   for (std::size_t i = 0; i < of_.steps().size(); ++i) {
     const step &s = of_.steps()[i];
     if (s.what == operation::input) {
       rate.push_back(of_inputs[static_cast<std::size_t>(s.number)]);
       continue;
     }
+    // in the order of steps, so that rates of operands are known
     const recording y = values_[i], a = at(values_, s.a), b = at(values_, s.b), da = at(rate, s.a), db = at(rate, s.b),
                     dc = at(rate, s.c);
     const auto still = [](int operand, const recording &d) { return operand < 0 || is_zero(d); };
@@ -58,6 +72,7 @@ std::vector<recording> differentiation::rates(const std::vector<recording> &of_i
     case operation::divide: rate.push_back((da - y * db) / b); break;
     case operation::negate: rate.push_back(-da); break;
     case operation::select: rate.push_back(m::select(condition(a), db, dc)); break;
+    // y = √a: y' = a' / 2y, by the root that is there already
     case operation::root: rate.push_back(da / twice(y)); break;
     case operation::absolute: rate.push_back(m::select(a < zero, -da, da)); break;
     case operation::sine: rate.push_back(da * recording::of(operation::cosine, a)); break;
@@ -70,16 +85,17 @@ std::vector<recording> differentiation::rates(const std::vector<recording> &of_i
     case operation::equal: rate.push_back(zero); break;
     }
   }
-  std::vector<recording> out;
+  recordings out;
   for (const int i : of_.outputs())
     out.push_back(at(rate, i));
   return out;
 }
 
-std::vector<recording> differentiation::weights(const std::vector<recording> &of_outputs) const {
+// ā += ȳ ∂f/∂a, b̄ += ȳ ∂f/∂b, the transposes of rates(): one walk gives the derivatives of one number by all inputs.
+recordings differentiation::weights(const recordings &of_outputs) const {
   using m = math<recording>;
   const recording zero = 0.0;
-  std::vector<recording> weight(values_.size(), zero), out(inputs_, zero);
+  recordings weight(values_.size(), zero), out(inputs_, zero);
   const auto give = [&](int to, const recording &w) {
     if (!of_.is_constant(to))
       weight[index(to)] = weight[index(to)] + w;
@@ -87,6 +103,7 @@ std::vector<recording> differentiation::weights(const std::vector<recording> &of
   for (std::size_t k = 0; k < of_outputs.size(); ++k)
     if (of_.outputs()[k] >= 0)
       give(of_.outputs()[k], of_outputs[k]);
+  // From the last step to the first, each step has all of its weight when it is met, since only later steps read it.
   for (std::size_t i = of_.steps().size(); i-- > 0;) {
     const step &s = of_.steps()[i];
     const recording w = weight[i], y = values_[i], a = at(values_, s.a), b = at(values_, s.b);

@@ -9,25 +9,28 @@
 
 #include "generate/recording.hpp"
 
-#include <vector>
-
 namespace ksl::generate {
+
+/// The numbers x, and then y.
+recordings joined(recordings x, const recordings &y);
 
 class differentiation {
 public:
   /// Computes the steps again, on the graph in force.  inputs: what its inputs are there; constants decide what they can.
-  differentiation(const graph &of, const std::vector<recording> &inputs);
+  differentiation(const graph &of, const recordings &inputs);
 
+  /// The outputs, of which some may be of no step.
+  recordings results() const;
   /// The rate of each output for the rates of the inputs; of no step for outputs that aren't written.
-  std::vector<recording> rates(const std::vector<recording> &of_inputs) const;
+  recordings rates(const recordings &of_inputs) const;
   /// The weight of each input: the sum of the weights of outputs times their derivatives by it.
-  std::vector<recording> weights(const std::vector<recording> &of_outputs) const;
+  recordings weights(const recordings &of_outputs) const;
 
 private:
   recording value(int step) const { return values_[static_cast<std::size_t>(step)]; }
 
   const graph &of_;
-  std::vector<recording> values_;
+  recordings values_;
   std::size_t inputs_;
 };
 

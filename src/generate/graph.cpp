@@ -21,6 +21,7 @@ template <class S> double sine_of(double x, bool want_cosine) {
   return static_cast<double>(want_cosine ? c : s);
 }
 
+// negate, and root to cosine: by the order of the enumeration
 bool takes_one(operation what) {
   return what == operation::negate || (what >= operation::root && what <= operation::cosine);
 }
@@ -30,6 +31,8 @@ bool commutes(operation what) {
 
 } // namespace
 
+// Numbers count by their bits: 0 and −0 are two constants, and NaN is itself.  Each operand is mixed in by 2⁶⁴ / φ, and the high bits of the product
+// go down to those that a table reads (Knuth, The Art of Computer Programming 3 (1998), section 6.4).
 std::size_t graph::hash::operator()(const step &s) const {
   std::uint64_t h = bits_of(s.number) ^ static_cast<std::uint64_t>(s.what);
   for (const int x : {s.a, s.b, s.c})
@@ -43,6 +46,7 @@ bool graph::same::operator()(const step &x, const step &y) const {
 
 /// Of constants.  A double holds each number of float; a sum, product, quotient or root of two of them, rounded to double and then to float, is
 /// that of float (Figueroa 1995).
+/// That takes a double of 2p + 2 bits for p of float: 53 ≥ 50.
 double graph::computed(const step &s) const {
   const double a = number(s.a), b = s.b < 0 ? 0 : number(s.b);
   switch (s.what) {
@@ -82,11 +86,19 @@ int graph::add(step s) {
     return -1;
   if (is_constant(s.a) && (operands < 2 || is_constant(s.b)) && (operands < 3 || is_constant(s.c)))
     return constant(computed(s));
+  // x + y and y + x have the same bits, and are one step
   if (commutes(s.what) && s.b < s.a)
     std::swap(s.a, s.b);
   return shorter(s);
 }
 
+// Identities that keep the bits of numbers, but for the sign of zero.  Sums and products are not put in another order.
+//
+//     x + 0 = x         x + (−y) = x − y    x − (−y) = x + y    −(−x) = x    −(x − y) = y − x
+//     x · 0 = 0         x · 1 = x           x · (−1) = −x       (−x) y = −(x y), or x (−y) where y is a constant
+//     x / 1 = x         c ? x : x = x       a known c chooses
+//
+// Signs go outwards, to where a sum takes them up.
 int graph::shorter(const step &s) {
   switch (s.what) {
   case operation::add: return shorter_sum(s);
@@ -151,6 +163,7 @@ int graph::shorter_product(const step &s) {
 }
 
 int graph::known_or_added(const step &s) {
+  // a step that is there already is the same number: common subexpressions are computed once
   const auto [at, is_new] = known_.try_emplace(s, static_cast<int>(steps_.size()));
   if (!is_new)
     return at->second;
@@ -161,6 +174,7 @@ int graph::known_or_added(const step &s) {
 }
 
 graph graph::needed() const {
+  // operands lie before the steps that read them: from the last step back, what is used is known when it is met
   std::vector<bool> used(steps_.size(), false);
   for (const int i : outputs_)
     if (i >= 0)
@@ -170,7 +184,6 @@ graph graph::needed() const {
       if (used[i] && operand >= 0)
         used[static_cast<std::size_t>(operand)] = true;
   graph out(single_);
-  out.has_library_sine_ = has_library_sine_;
   std::vector<int> place(steps_.size(), -1);
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     if (!used[i])

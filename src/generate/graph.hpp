@@ -63,9 +63,6 @@ public:
   int input(int i) { return add({operation::input, -1, -1, -1, static_cast<double>(i)}); }
 
   bool single() const { return single_; }
-  /// Says that a sine or cosine is that of the C library where the engine computes it: others agree with it to rounding alone.
-  void take_library_sine() { has_library_sine_ = true; }
-  bool has_library_sine() const { return has_library_sine_; }
   const std::vector<step> &steps() const { return steps_; }
   bool is_constant(int i) const { return at(i).what == operation::constant; }
   /// That of a constant.
@@ -94,7 +91,7 @@ private:
   int negated(int i) { return add({operation::negate, i}); }
   int known_or_added(const step &s);
 
-  bool single_, has_library_sine_ = false;
+  bool single_;
   std::size_t most_;
   std::vector<step> steps_;
   std::vector<int> outputs_;

@@ -1,16 +1,13 @@
 #include "generate/record.hpp"
 
-#include "engine/loops/closed_by_plan.hpp"
+#include "engine/elements/algorithms.hpp"
 #include "engine/states/extents.hpp"
-#include "engine/states/ways.hpp"
 #include "generate/recorded_inputs.hpp"
-#include "generate/recorded_mimic.hpp"
+#include "generate/recorded_loops.hpp"
 #include "generate/recorded_model.hpp"
-#include "generate/recorded_rows.hpp"
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
 
 namespace ksl::generate {
@@ -24,42 +21,13 @@ const algorithm_row &row_called(const std::string &name) {
   return **found;
 }
 
-/// Is the row computed by the plan of loops alone?  Parts of efforts take more, and force elements move with the state.
-bool is_by_plan(const algorithm_row &row, const model &m) {
-  return row.loops != loops_by::parts && m.acting_force_elements() == 0 &&
-         loops::plan_suits(row.loops, m.view(), false);
-}
-
-void refuse_loops(const algorithm_row &row, const model &m, bool single) {
-  const std::string name = row.name;
-  if (single)
-    throw std::invalid_argument(name + " can't be generated in float for a closed mechanism; ask for double");
-  if (is_by_plan(row, m))
-    return;
-  const bool never = row.loops == loops_by::linear || row.loops == loops_by::parts || row.loops == loops_by::refusal;
-  throw std::invalid_argument(
-      name + " can't be generated for this closed mechanism: " +
-      (never ? "it isn't computed by fixed pivots; cut the loops"
-       : m.acting_force_elements() > 0
-           ? "springs, dampers or cylinders between two points act; leave them out of physics"
-           : "its pivots depend on the state, or it has no drives; name drives, or cut the loops"));
-}
-
-/// What the engine refuses is refused here, and what is computed by more than kernels.
+/// What the engine refuses is refused here, and what fixed pivots don't compute.
 void refuse(const algorithm_row &row, const model &m, bool single) {
   const std::string name = row.name;
-  switch (way_of(row, m)) {
-  case way::kernels: break;
-  case way::mimic:
-    if (!has_recording_with_followers(computed(row)))
-      throw std::invalid_argument(
-          name + " can't be generated yet for a mechanism with mimic joints; read them as independent");
-    break;
-  case way::elements:
-    throw std::invalid_argument(
-        name + " can't be generated yet for a mechanism with springs, dampers or cylinders between two points");
-  case way::loops: refuse_loops(row, m, single); break;
-  }
+  mimic::refuse(row, m);
+  elements::refuse(row, m);
+  if (way_of(row, m) == way::loops)
+    refuse_loops(row, m, single);
   if (row.needs_mass && m.massless_joint() >= 0)
     throw std::invalid_argument(name + ": " + m.massless_joint_text());
   if (row.smooth_friction && m.exact_friction())
@@ -87,19 +55,6 @@ public:
       s.result[r] = take(numbers_of(by.result[r], of));
     if (by.request == request_kind::reactions)
       s.result[by.results] = take(std::ptrdiff_t(6) * of.joints);
-  }
-  /// Where the plan doesn't determine the efforts, which the row doesn't have, the engine takes other pivots: reactions are then NaN, too.
-  void tell_missing_efforts() {
-    const algorithm_row &by = computed(row_);
-    if (row_.results > 0 || by.results == 0)
-      return;
-    recording sum = 0.0;
-    for (const recording &effort : arrays_[0])
-      sum = sum + effort;
-    const recording::condition are_numbers =
-        math<recording>::fabs(sum) <= recording(std::numeric_limits<double>::max());
-    for (recording &number : arrays_.back())
-      number = math<recording>::select(are_numbers, number, recording(std::numeric_limits<double>::quiet_NaN()));
   }
   void hand_over(recorded &to) const {
     const algorithm_row &by = computed(row_);
@@ -129,7 +84,7 @@ private:
 
   const algorithm_row &row_;
   const extents of_;
-  std::vector<std::vector<recording>> arrays_;
+  std::vector<recordings> arrays_;
 };
 
 void check_links(const model &m, const std::vector<int> &links) {
@@ -155,11 +110,21 @@ void take_inertias(const char *name, const std::vector<int> &links, recorded_inp
     to.add_inertia(links[i], ten + 10 * i);
 }
 
+/// The sizes of pivots as a further result, where the row is computed by them.
+void add_pivots(const recorded_mechanism &of, const algorithm_row &row, const recording *q, recorded &to) {
+  if (way_of(row, of.m) != way::loops)
+    return;
+  const recordings sizes = sizes_of_pivots(of, q);
+  to.results.push_back({"pivots", {static_cast<int>(sizes.size())}});
+  for (const recording &size : sizes)
+    to.steps.output(size.place());
+}
+
 } // namespace
 
 recorded record(const model &m, const request &asked) {
-  const algorithm_row &row = row_called(asked.row);
-  refuse(row, m, asked.single);
+  const algorithm_row &named = row_called(asked.row), &row = recorded_row(named, m);
+  refuse(named, m, asked.single);
   for (const auto *links : {&asked.links, &asked.external_links, &asked.payload_links, &asked.parameter_links})
     check_links(m, *links);
   if (static_cast<int>(asked.links.size()) < least_links(row.request))
@@ -167,6 +132,7 @@ recorded record(const model &m, const request &asked) {
                                 (least_links(row.request) == 1 ? "a link" : "two links"));
   recorded out = {graph(asked.single), {}, {}};
   const recording_on on(out.steps);
+  // The order in which inputs are taken from here on is that of arguments in generated code.
   recorded_inputs in(out);
   state_view<recording> s;
   take_numbers(row, m, in, s);
@@ -175,28 +141,31 @@ recorded record(const model &m, const request &asked) {
     s.external = {wrenches, asked.external_links.data(), in.take("external", 6 * wrenches).data(), expressed_in::frame};
   s.links = {static_cast<int>(asked.links.size()), asked.links.data()};
   s.frame = asked.frame, s.joints = &asked.joints;
+  // constants of the model first; gravity and inertias that are inputs take their place, or are added
   const ksl::model bare = without_inertia(m, asked.parameter_links);
   recorded_model model = asked.single ? recorded_model(bare.view_single()) : recorded_model(bare.view());
   if (asked.gravity) {
-    const std::vector<recording> &g = in.take("gravity", 3);
+    const recordings &g = in.take("gravity", 3);
     model.set_gravity({g[0], g[1], g[2]});
   }
   take_inertias("payload", asked.payload_links, in, model);
   take_inertias("parameters", asked.parameter_links, in, model);
   results to(row, extents_of(m, s), s);
-  const bool closed = way_of(row, m) == way::loops;
-  const algorithm_row &by = closed ? loops::row_by_plan(row.loops) : computed(row);
-  if (closed)
+  const recorded_mechanism mechanism = {m, asked.single, model.view()};
+  switch (way_of(row, m)) {
+  case way::kernels:
+  case way::mimic: record_tree(mechanism, row, s); break;
+  case way::elements: record_with_elements(mechanism, row, s); break;
+  case way::loops:
     model.set_loops(*m.plan_of_loops(), row.loops == loops_by::steady);
-  if (row.loops == loops_by::jump && closed)
-    s.v = s.tau = in.zeros(m.nv()).data(), model.set_gravity({0.0, 0.0, 0.0});
-  if (m.followers() > 0)
-    record_with_followers(by, m, asked.single, model.view(), s);
-  else
-    recorder_of(by.name)(model.view(), s);
-  if (closed)
-    to.tell_missing_efforts();
+    if (row.loops == loops_by::jump)
+      model.set_gravity({0.0, 0.0, 0.0});
+    record_closed(mechanism, row, s);
+    break;
+  }
   to.hand_over(out);
+  if (asked.pivots)
+    add_pivots(mechanism, row, s.q, out);
   out.steps = out.steps.needed();
   return out;
 }

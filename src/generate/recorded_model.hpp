@@ -36,6 +36,7 @@ public:
     for (const S *x = from.lower; x < from.lower + from.nq; ++x)
       lower_.emplace_back(static_cast<double>(*x)),
           upper_.emplace_back(static_cast<double>(from.upper[x - from.lower]));
+    // in the order of model_view's members
     view_ = {from.bodies,
              from.links,
              from.nq,
@@ -78,9 +79,11 @@ public:
     A::spatial_inertia_transformed(&given, &l.pose, &in_body);
     const bodies_at<recording, recording> at{l.body};
     auto of_body = at.get<spatial_inertia>(inertia_.data());
+    // of the link, of the body that it is welded into, and that body's augmented one
     for (spatial_inertia<recording> *sum : {&l.inertia, &of_body, &augmented})
       A::spatial_inertia_added(sum, &in_body, sum);
     at.put(of_body, inertia_.data());
+    // on the way to the ground the mass is at the joint by which each body carries the next
     for (int i = l.body; i > 0; i = bodies_[static_cast<std::size_t>(i)].parent) {
       const body<recording> &b = bodies_[static_cast<std::size_t>(i)];
       add_mass_beyond(b, given.m, augmented_[static_cast<std::size_t>(b.parent)]);
@@ -91,7 +94,7 @@ private:
   std::vector<body<recording>> bodies_;
   std::vector<link<recording>> links_;
   std::vector<spatial_inertia<recording>> augmented_;
-  std::vector<recording> inertia_, theta0_sine_, theta0_cosine_, lower_, upper_;
+  recordings inertia_, theta0_sine_, theta0_cosine_, lower_, upper_;
   std::vector<coordinate_physics<recording>> physics_;
   loop_plan<recording> loops_;
   model_view<recording> view_;

@@ -44,446 +44,321 @@
 #include <utility>
 
 namespace ksl::generate {
-namespace {
-
-void record_inverse_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<inverse_dynamics_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics(model, w, s.q, s.v, s.a, s.external, s.result[0]);
-}
-
-void record_inverse_dynamics_with_reactions(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<reactions_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], *s.joints, s.result[1]);
-}
-
-void record_effort_parts(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<effort_parts_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::effort_parts(model, w, s.q, s.v, s.a, s.external, s.result[0]);
-}
-
-void record_forward_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<forward_dynamics_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::forward_dynamics(model, w, s.q, s.v, s.tau, s.external, s.result[0]);
-}
-
-void record_forward_dynamics_by_mass_matrix(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<forward_dynamics_by_mass_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::forward_dynamics_by_mass_matrix(model, w, s.q, s.v, s.tau, s.external, s.result[0]);
-}
-
-void record_hybrid_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<hybrid_dynamics_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::hybrid_dynamics(model, w, s.q, s.v, s.a, s.tau, s.links.n, s.links.index, s.external, s.result[0], s.result[1]);
-}
-
-void record_velocity_jump(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<velocity_jump_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::velocity_jump(model, w, s.q, s.external, s.result[0]);
-}
-
-void record_mass_matrix(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<mass_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::mass_matrix(model, w, s.q, s.result[0]);
-}
-
-void record_mass_matrix_upper(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<mass_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::mass_matrix_upper(model, w, s.q, s.result[0]);
-}
-
-void record_mass_matrix_tree(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<mass_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::mass_matrix_tree(model, w, s.q, s.result[0]);
-}
-
-void record_mass_matrix_factor(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<mass_matrix_factor_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::mass_matrix_factor(model, w, s.q, s.result[0]);
-}
-
-void record_mass_matrix_inverse(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<mass_matrix_inverse_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::mass_matrix_inverse(model, w, s.q, s.result[0]);
-}
-
-void record_solve_mass_matrix(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<solve_mass_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::solve_mass_matrix(model, w, s.q, s.tau, s.result[0]);
-}
-
-void record_coriolis_matrix(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<coriolis_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::coriolis_matrix(model, w, s.q, s.v, s.result[0]);
-}
-
-void record_frame_poses(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<forward_kinematics_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::frame_poses(model, w, s.q, s.links.n, s.links.index, s.result[0]);
-}
-
-void record_frame_velocities(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<frame_velocities_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::frame_velocities(model, w, s.q, s.v, s.links.n, s.links.index, s.frame, s.result[0]);
-}
-
-void record_frame_accelerations(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<frame_accelerations_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::frame_accelerations(model, w, s.q, s.v, s.a, s.links.n, s.links.index, s.frame, s.result[0]);
-}
-
-void record_point_velocity(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<frame_velocities_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::point_velocity(model, w, s.q, s.v, s.links.index[0], s.frame, s.result[0]);
-}
-
-void record_point_acceleration(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<frame_accelerations_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::point_acceleration(model, w, s.q, s.v, s.a, s.links.index[0], s.frame, s.result[0]);
-}
-
-void record_jacobian(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<jacobian_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::jacobian(model, w, s.q, s.links.index[0], s.frame, s.result[0]);
-}
-
-void record_jacobian_rate(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<jacobian_rate_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::jacobian_rate(model, w, s.q, s.v, s.links.index[0], s.frame, s.result[0]);
-}
-
-void record_relative_pose(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<relative_pose_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::relative_pose(model, w, s.q, s.links.index[0], s.links.index[1], s.frame, s.result[0]);
-}
-
-void record_relative_velocity(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<relative_velocity_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::relative_velocity(model, w, s.q, s.v, s.links.index[0], s.links.index[1], s.frame, s.result[0]);
-}
-
-void record_relative_jacobian(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<relative_jacobian_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::relative_jacobian(model, w, s.q, s.links.index[0], s.links.index[1], s.frame, s.result[0]);
-}
-
-void record_operational_space_inertia_inverse(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<operational_space_inertia_inverse_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::operational_space_inertia_inverse(model, w, s.q, s.links.n, s.links.index, s.frame, s.result[0]);
-}
-
-void record_operational_space_inertia(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<operational_space_inertia_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::operational_space_inertia(model, w, s.q, s.links.n, s.links.index, s.frame, s.result[0], s.result[1]);
-}
-
-void record_operational_space(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<operational_space_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::operational_space(model, w, s.q, s.v, s.links.n, s.links.index, s.frame, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
-}
-
-void record_energy(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<energy_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::energy(model, w, s.q, s.v, s.result[0], s.result[1]);
-}
-
-void record_external_power(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<external_power_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::external_power(model, w, s.q, s.v, s.external, s.result[0]);
-}
-
-void record_center_of_mass(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<center_of_mass_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::center_of_mass(model, w, s.q, s.result[0]);
-}
-
-void record_center_of_mass_jacobian(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<center_of_mass_jacobian_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::center_of_mass_jacobian(model, w, s.q, s.result[0]);
-}
-
-void record_center_of_mass_velocity(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<center_of_mass_velocity_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::center_of_mass_velocity(model, w, s.q, s.v, s.result[0]);
-}
-
-void record_center_of_mass_acceleration(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<center_of_mass_acceleration_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::center_of_mass_acceleration(model, w, s.q, s.v, s.a, s.result[0]);
-}
-
-void record_centroidal_momentum(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<centroidal_momentum_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::centroidal_momentum(model, w, s.q, s.v, order_of(s.frame), s.result[0]);
-}
-
-void record_centroidal_momentum_matrix(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<centroidal_momentum_matrix_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::centroidal_momentum_matrix(model, w, s.q, order_of(s.frame), s.result[0]);
-}
-
-void record_centroidal_momentum_rate(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<centroidal_momentum_rate_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::centroidal_momentum_rate(model, w, s.q, s.v, s.a, order_of(s.frame), s.result[0]);
-}
-
-void record_inverse_dynamics_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<inverse_dynamics_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics_derivatives(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_inverse_dynamics_gradient(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<inverse_dynamics_gradient_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics_gradient(model, w, s.q, s.v, s.a, s.tau, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_forward_dynamics_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<forward_dynamics_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::forward_dynamics_derivatives(model, w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_reactions_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<reactions_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::reactions_derivatives(model, w, s.q, s.v, s.a, *s.joints, s.external, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_reactions_external_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<reactions_external_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::reactions_external_derivatives(model, w, s.q, *s.joints, s.result[0]);
-}
-
-void record_frame_velocities_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<frame_velocities_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::frame_velocities_derivatives(model, w, s.q, s.v, s.links.n, s.links.index, s.frame, s.result[0], s.result[1]);
-}
-
-void record_frame_accelerations_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<frame_accelerations_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::frame_accelerations_derivatives(model, w, s.q, s.v, s.a, s.links.n, s.links.index, s.frame, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_energy_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<energy_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::energy_derivatives(model, w, s.q, s.v, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_centroidal_momentum_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<centroidal_momentum_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::centroidal_momentum_derivatives(model, w, s.q, s.v, order_of(s.frame), s.result[0], s.result[1]);
-}
-
-void record_centroidal_momentum_rate_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<centroidal_momentum_rate_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::centroidal_momentum_rate_derivatives(model, w, s.q, s.v, s.a, order_of(s.frame), s.result[0], s.result[1], s.result[2]);
-}
-
-void record_inverse_dynamics_second_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<inverse_dynamics_second_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics_second_derivatives(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
-}
-
-void record_forward_dynamics_second_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<forward_dynamics_second_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::forward_dynamics_second_derivatives(model, w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
-}
-
-void record_inverse_dynamics_regressor(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<inverse_dynamics_regressor_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics_regressor(model, w, s.q, s.v, s.a, s.links.n, s.links.index, s.result[0]);
-}
-
-void record_reactions_regressor(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<reactions_regressor_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::reactions_regressor(model, w, s.q, s.v, s.a, *s.joints, s.result[0]);
-}
-
-void record_energy_regressor(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<energy_regressor_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::energy_regressor(model, w, s.q, s.v, s.links.n, s.links.index, s.result[0], s.result[1]);
-}
-
-void record_momentum_regressor(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<momentum_regressor_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::momentum_regressor(model, w, s.q, s.v, s.links.n, s.links.index, order_of(s.frame), s.result[0]);
-}
-
-void record_integrate(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<manifold_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::integrate(model, w, s.q, s.v, s.result[0]);
-}
-
-void record_difference(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<manifold_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::difference(model, w, s.q, s.q1, s.result[0]);
-}
-
-void record_interpolate(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<manifold_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::interpolate(model, w, s.q, s.q1, s.fraction, s.result[0]);
-}
-
-void record_integrate_jacobians(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<manifold_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::integrate_jacobians(model, w, s.q, s.v, s.result[0], s.result[1]);
-}
-
-void record_difference_jacobians(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<manifold_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::difference_jacobians(model, w, s.q, s.q1, s.result[0], s.result[1]);
-}
-
-void record_closed_inverse_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<closed_inverse_dynamics_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::closed_inverse_dynamics(model, w, s.q, s.v, s.a, s.external, s.result[0]);
-}
-
-void record_closed_inverse_dynamics_with_reactions(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<closed_inverse_dynamics_with_reactions_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], *s.joints, s.result[1]);
-}
-
-void record_closed_forward_dynamics(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<closed_forward_dynamics_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::closed_forward_dynamics(model, w, s.q, s.v, s.tau, s.external, s.result[0]);
-}
-
-void record_closed_inverse_dynamics_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<closed_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::closed_inverse_dynamics_derivatives(model, w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2]);
-}
-
-void record_closed_forward_dynamics_derivatives(const model_view<recording> &model, const state_view<recording> &s) {
-  const empty_workspace<closed_forward_dynamics_derivatives_workspace<recording>> memory(model);
-  const auto &w = *memory;
-  ksl::closed_forward_dynamics_derivatives(model, w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2]);
-}
-
-} // namespace
 
 record_row recorder_of(const char *row) {
+  using model_type = model_view<recording>;
+  using state_type = state_view<recording>;
   static constexpr std::pair<std::string_view, record_row> recorders[] = {
-      {"inverse_dynamics", record_inverse_dynamics},
-      {"inverse_dynamics_with_reactions", record_inverse_dynamics_with_reactions},
-      {"effort_parts", record_effort_parts},
-      {"forward_dynamics", record_forward_dynamics},
-      {"forward_dynamics_by_mass_matrix", record_forward_dynamics_by_mass_matrix},
-      {"hybrid_dynamics", record_hybrid_dynamics},
-      {"velocity_jump", record_velocity_jump},
-      {"mass_matrix", record_mass_matrix},
-      {"mass_matrix_upper", record_mass_matrix_upper},
-      {"mass_matrix_tree", record_mass_matrix_tree},
-      {"mass_matrix_factor", record_mass_matrix_factor},
-      {"mass_matrix_inverse", record_mass_matrix_inverse},
-      {"solve_mass_matrix", record_solve_mass_matrix},
-      {"coriolis_matrix", record_coriolis_matrix},
-      {"frame_poses", record_frame_poses},
-      {"frame_velocities", record_frame_velocities},
-      {"frame_accelerations", record_frame_accelerations},
-      {"point_velocity", record_point_velocity},
-      {"point_acceleration", record_point_acceleration},
-      {"jacobian", record_jacobian},
-      {"jacobian_rate", record_jacobian_rate},
-      {"relative_pose", record_relative_pose},
-      {"relative_velocity", record_relative_velocity},
-      {"relative_jacobian", record_relative_jacobian},
-      {"operational_space_inertia_inverse", record_operational_space_inertia_inverse},
-      {"operational_space_inertia", record_operational_space_inertia},
-      {"operational_space", record_operational_space},
-      {"energy", record_energy},
-      {"external_power", record_external_power},
-      {"center_of_mass", record_center_of_mass},
-      {"center_of_mass_jacobian", record_center_of_mass_jacobian},
-      {"center_of_mass_velocity", record_center_of_mass_velocity},
-      {"center_of_mass_acceleration", record_center_of_mass_acceleration},
-      {"centroidal_momentum", record_centroidal_momentum},
-      {"centroidal_momentum_matrix", record_centroidal_momentum_matrix},
-      {"centroidal_momentum_rate", record_centroidal_momentum_rate},
-      {"inverse_dynamics_derivatives", record_inverse_dynamics_derivatives},
-      {"inverse_dynamics_gradient", record_inverse_dynamics_gradient},
-      {"forward_dynamics_derivatives", record_forward_dynamics_derivatives},
-      {"reactions_derivatives", record_reactions_derivatives},
-      {"reactions_external_derivatives", record_reactions_external_derivatives},
-      {"frame_velocities_derivatives", record_frame_velocities_derivatives},
-      {"frame_accelerations_derivatives", record_frame_accelerations_derivatives},
-      {"energy_derivatives", record_energy_derivatives},
-      {"centroidal_momentum_derivatives", record_centroidal_momentum_derivatives},
-      {"centroidal_momentum_rate_derivatives", record_centroidal_momentum_rate_derivatives},
-      {"inverse_dynamics_second_derivatives", record_inverse_dynamics_second_derivatives},
-      {"forward_dynamics_second_derivatives", record_forward_dynamics_second_derivatives},
-      {"inverse_dynamics_regressor", record_inverse_dynamics_regressor},
-      {"reactions_regressor", record_reactions_regressor},
-      {"energy_regressor", record_energy_regressor},
-      {"momentum_regressor", record_momentum_regressor},
-      {"integrate", record_integrate},
-      {"difference", record_difference},
-      {"interpolate", record_interpolate},
-      {"integrate_jacobians", record_integrate_jacobians},
-      {"difference_jacobians", record_difference_jacobians},
-      {"closed_inverse_dynamics", record_closed_inverse_dynamics},
-      {"closed_inverse_dynamics_with_reactions", record_closed_inverse_dynamics_with_reactions},
-      {"closed_forward_dynamics", record_closed_forward_dynamics},
-      {"closed_inverse_dynamics_derivatives", record_closed_inverse_dynamics_derivatives},
-      {"closed_forward_dynamics_derivatives", record_closed_forward_dynamics_derivatives},
+      {"inverse_dynamics",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<inverse_dynamics_workspace<recording>> w(model);
+         ksl::inverse_dynamics(model, *w, s.q, s.v, s.a, s.external, s.result[0]);
+       }},
+      {"inverse_dynamics_with_reactions",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<reactions_workspace<recording>> w(model);
+         ksl::inverse_dynamics_with_reactions(model, *w, s.q, s.v, s.a, s.external, s.result[0], *s.joints, s.result[1]);
+       }},
+      {"effort_parts",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<effort_parts_workspace<recording>> w(model);
+         ksl::effort_parts(model, *w, s.q, s.v, s.a, s.external, s.result[0]);
+       }},
+      {"forward_dynamics",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<forward_dynamics_workspace<recording>> w(model);
+         ksl::forward_dynamics(model, *w, s.q, s.v, s.tau, s.external, s.result[0]);
+       }},
+      {"forward_dynamics_by_mass_matrix",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<forward_dynamics_by_mass_matrix_workspace<recording>> w(model);
+         ksl::forward_dynamics_by_mass_matrix(model, *w, s.q, s.v, s.tau, s.external, s.result[0]);
+       }},
+      {"hybrid_dynamics",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<hybrid_dynamics_workspace<recording>> w(model);
+         ksl::hybrid_dynamics(model, *w, s.q, s.v, s.a, s.tau, s.links.n, s.links.index, s.external, s.result[0], s.result[1]);
+       }},
+      {"velocity_jump",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<velocity_jump_workspace<recording>> w(model);
+         ksl::velocity_jump(model, *w, s.q, s.external, s.result[0]);
+       }},
+      {"mass_matrix",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<mass_matrix_workspace<recording>> w(model);
+         ksl::mass_matrix(model, *w, s.q, s.result[0]);
+       }},
+      {"mass_matrix_upper",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<mass_matrix_workspace<recording>> w(model);
+         ksl::mass_matrix_upper(model, *w, s.q, s.result[0]);
+       }},
+      {"mass_matrix_tree",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<mass_matrix_workspace<recording>> w(model);
+         ksl::mass_matrix_tree(model, *w, s.q, s.result[0]);
+       }},
+      {"mass_matrix_factor",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<mass_matrix_factor_workspace<recording>> w(model);
+         ksl::mass_matrix_factor(model, *w, s.q, s.result[0]);
+       }},
+      {"mass_matrix_inverse",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<mass_matrix_inverse_workspace<recording>> w(model);
+         ksl::mass_matrix_inverse(model, *w, s.q, s.result[0]);
+       }},
+      {"solve_mass_matrix",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<solve_mass_matrix_workspace<recording>> w(model);
+         ksl::solve_mass_matrix(model, *w, s.q, s.tau, s.result[0]);
+       }},
+      {"coriolis_matrix",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<coriolis_matrix_workspace<recording>> w(model);
+         ksl::coriolis_matrix(model, *w, s.q, s.v, s.result[0]);
+       }},
+      {"frame_poses",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<forward_kinematics_workspace<recording>> w(model);
+         ksl::frame_poses(model, *w, s.q, s.links.n, s.links.index, s.result[0]);
+       }},
+      {"frame_velocities",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<frame_velocities_workspace<recording>> w(model);
+         ksl::frame_velocities(model, *w, s.q, s.v, s.links.n, s.links.index, s.frame, s.result[0]);
+       }},
+      {"frame_accelerations",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<frame_accelerations_workspace<recording>> w(model);
+         ksl::frame_accelerations(model, *w, s.q, s.v, s.a, s.links.n, s.links.index, s.frame, s.result[0]);
+       }},
+      {"point_velocity",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<frame_velocities_workspace<recording>> w(model);
+         ksl::point_velocity(model, *w, s.q, s.v, s.links.index[0], s.frame, s.result[0]);
+       }},
+      {"point_acceleration",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<frame_accelerations_workspace<recording>> w(model);
+         ksl::point_acceleration(model, *w, s.q, s.v, s.a, s.links.index[0], s.frame, s.result[0]);
+       }},
+      {"jacobian",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<jacobian_workspace<recording>> w(model);
+         ksl::jacobian(model, *w, s.q, s.links.index[0], s.frame, s.result[0]);
+       }},
+      {"jacobian_rate",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<jacobian_rate_workspace<recording>> w(model);
+         ksl::jacobian_rate(model, *w, s.q, s.v, s.links.index[0], s.frame, s.result[0]);
+       }},
+      {"relative_pose",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<relative_pose_workspace<recording>> w(model);
+         ksl::relative_pose(model, *w, s.q, s.links.index[0], s.links.index[1], s.frame, s.result[0]);
+       }},
+      {"relative_velocity",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<relative_velocity_workspace<recording>> w(model);
+         ksl::relative_velocity(model, *w, s.q, s.v, s.links.index[0], s.links.index[1], s.frame, s.result[0]);
+       }},
+      {"relative_jacobian",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<relative_jacobian_workspace<recording>> w(model);
+         ksl::relative_jacobian(model, *w, s.q, s.links.index[0], s.links.index[1], s.frame, s.result[0]);
+       }},
+      {"operational_space_inertia_inverse",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<operational_space_inertia_inverse_workspace<recording>> w(model);
+         ksl::operational_space_inertia_inverse(model, *w, s.q, s.links.n, s.links.index, s.frame, s.result[0]);
+       }},
+      {"operational_space_inertia",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<operational_space_inertia_workspace<recording>> w(model);
+         ksl::operational_space_inertia(model, *w, s.q, s.links.n, s.links.index, s.frame, s.result[0], s.result[1]);
+       }},
+      {"operational_space",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<operational_space_workspace<recording>> w(model);
+         ksl::operational_space(model, *w, s.q, s.v, s.links.n, s.links.index, s.frame, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
+       }},
+      {"energy",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<energy_workspace<recording>> w(model);
+         ksl::energy(model, *w, s.q, s.v, s.result[0], s.result[1]);
+       }},
+      {"external_power",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<external_power_workspace<recording>> w(model);
+         ksl::external_power(model, *w, s.q, s.v, s.external, s.result[0]);
+       }},
+      {"center_of_mass",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<center_of_mass_workspace<recording>> w(model);
+         ksl::center_of_mass(model, *w, s.q, s.result[0]);
+       }},
+      {"center_of_mass_jacobian",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<center_of_mass_jacobian_workspace<recording>> w(model);
+         ksl::center_of_mass_jacobian(model, *w, s.q, s.result[0]);
+       }},
+      {"center_of_mass_velocity",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<center_of_mass_velocity_workspace<recording>> w(model);
+         ksl::center_of_mass_velocity(model, *w, s.q, s.v, s.result[0]);
+       }},
+      {"center_of_mass_acceleration",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<center_of_mass_acceleration_workspace<recording>> w(model);
+         ksl::center_of_mass_acceleration(model, *w, s.q, s.v, s.a, s.result[0]);
+       }},
+      {"centroidal_momentum",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<centroidal_momentum_workspace<recording>> w(model);
+         ksl::centroidal_momentum(model, *w, s.q, s.v, order_of(s.frame), s.result[0]);
+       }},
+      {"centroidal_momentum_matrix",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<centroidal_momentum_matrix_workspace<recording>> w(model);
+         ksl::centroidal_momentum_matrix(model, *w, s.q, order_of(s.frame), s.result[0]);
+       }},
+      {"centroidal_momentum_rate",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<centroidal_momentum_rate_workspace<recording>> w(model);
+         ksl::centroidal_momentum_rate(model, *w, s.q, s.v, s.a, order_of(s.frame), s.result[0]);
+       }},
+      {"inverse_dynamics_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<inverse_dynamics_derivatives_workspace<recording>> w(model);
+         ksl::inverse_dynamics_derivatives(model, *w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"inverse_dynamics_gradient",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<inverse_dynamics_gradient_workspace<recording>> w(model);
+         ksl::inverse_dynamics_gradient(model, *w, s.q, s.v, s.a, s.tau, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"forward_dynamics_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<forward_dynamics_derivatives_workspace<recording>> w(model);
+         ksl::forward_dynamics_derivatives(model, *w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"reactions_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<reactions_derivatives_workspace<recording>> w(model);
+         ksl::reactions_derivatives(model, *w, s.q, s.v, s.a, *s.joints, s.external, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"reactions_external_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<reactions_external_derivatives_workspace<recording>> w(model);
+         ksl::reactions_external_derivatives(model, *w, s.q, *s.joints, s.result[0]);
+       }},
+      {"frame_velocities_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<frame_velocities_derivatives_workspace<recording>> w(model);
+         ksl::frame_velocities_derivatives(model, *w, s.q, s.v, s.links.n, s.links.index, s.frame, s.result[0], s.result[1]);
+       }},
+      {"frame_accelerations_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<frame_accelerations_derivatives_workspace<recording>> w(model);
+         ksl::frame_accelerations_derivatives(model, *w, s.q, s.v, s.a, s.links.n, s.links.index, s.frame, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"energy_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<energy_derivatives_workspace<recording>> w(model);
+         ksl::energy_derivatives(model, *w, s.q, s.v, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"centroidal_momentum_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<centroidal_momentum_derivatives_workspace<recording>> w(model);
+         ksl::centroidal_momentum_derivatives(model, *w, s.q, s.v, order_of(s.frame), s.result[0], s.result[1]);
+       }},
+      {"centroidal_momentum_rate_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<centroidal_momentum_rate_derivatives_workspace<recording>> w(model);
+         ksl::centroidal_momentum_rate_derivatives(model, *w, s.q, s.v, s.a, order_of(s.frame), s.result[0], s.result[1], s.result[2]);
+       }},
+      {"inverse_dynamics_second_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<inverse_dynamics_second_derivatives_workspace<recording>> w(model);
+         ksl::inverse_dynamics_second_derivatives(model, *w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
+       }},
+      {"forward_dynamics_second_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<forward_dynamics_second_derivatives_workspace<recording>> w(model);
+         ksl::forward_dynamics_second_derivatives(model, *w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2], s.result[3]);
+       }},
+      {"inverse_dynamics_regressor",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<inverse_dynamics_regressor_workspace<recording>> w(model);
+         ksl::inverse_dynamics_regressor(model, *w, s.q, s.v, s.a, s.links.n, s.links.index, s.result[0]);
+       }},
+      {"reactions_regressor",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<reactions_regressor_workspace<recording>> w(model);
+         ksl::reactions_regressor(model, *w, s.q, s.v, s.a, *s.joints, s.result[0]);
+       }},
+      {"energy_regressor",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<energy_regressor_workspace<recording>> w(model);
+         ksl::energy_regressor(model, *w, s.q, s.v, s.links.n, s.links.index, s.result[0], s.result[1]);
+       }},
+      {"momentum_regressor",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<momentum_regressor_workspace<recording>> w(model);
+         ksl::momentum_regressor(model, *w, s.q, s.v, s.links.n, s.links.index, order_of(s.frame), s.result[0]);
+       }},
+      {"integrate",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<manifold_workspace<recording>> w(model);
+         ksl::integrate(model, *w, s.q, s.v, s.result[0]);
+       }},
+      {"difference",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<manifold_workspace<recording>> w(model);
+         ksl::difference(model, *w, s.q, s.q1, s.result[0]);
+       }},
+      {"interpolate",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<manifold_workspace<recording>> w(model);
+         ksl::interpolate(model, *w, s.q, s.q1, s.fraction, s.result[0]);
+       }},
+      {"integrate_jacobians",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<manifold_workspace<recording>> w(model);
+         ksl::integrate_jacobians(model, *w, s.q, s.v, s.result[0], s.result[1]);
+       }},
+      {"difference_jacobians",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<manifold_workspace<recording>> w(model);
+         ksl::difference_jacobians(model, *w, s.q, s.q1, s.result[0], s.result[1]);
+       }},
+      {"closed_inverse_dynamics",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<closed_inverse_dynamics_workspace<recording>> w(model);
+         ksl::closed_inverse_dynamics(model, *w, s.q, s.v, s.a, s.external, s.result[0]);
+       }},
+      {"closed_inverse_dynamics_with_reactions",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<closed_inverse_dynamics_with_reactions_workspace<recording>> w(model);
+         ksl::inverse_dynamics_with_reactions(model, *w, s.q, s.v, s.a, s.external, s.result[0], *s.joints, s.result[1]);
+       }},
+      {"closed_forward_dynamics",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<closed_forward_dynamics_workspace<recording>> w(model);
+         ksl::closed_forward_dynamics(model, *w, s.q, s.v, s.tau, s.external, s.result[0]);
+       }},
+      {"closed_inverse_dynamics_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<closed_derivatives_workspace<recording>> w(model);
+         ksl::closed_inverse_dynamics_derivatives(model, *w, s.q, s.v, s.a, s.external, s.result[0], s.result[1], s.result[2]);
+       }},
+      {"closed_forward_dynamics_derivatives",
+       [](const model_type &model, const state_type &s) {
+         const empty_workspace<closed_forward_dynamics_derivatives_workspace<recording>> w(model);
+         ksl::closed_forward_dynamics_derivatives(model, *w, s.q, s.v, s.tau, s.external, s.result[0], s.result[1], s.result[2]);
+       }},
   };
   for (const auto &[name, recorder] : recorders)
     if (name == row)

@@ -6,6 +6,8 @@
 #include "ksl/engine/lanes/of_precision.hpp"
 #include "ksl/engine/lanes/scalar.hpp"
 
+#include <vector>
+
 namespace ksl::generate {
 
 class recording {
@@ -26,6 +28,7 @@ public:
     int place_;
   };
 
+  /// Of this thread: scalars of templates can't be told where to record.
   static inline thread_local graph *current = nullptr;
 
   recording() : place_(-1) {} ///< of no step, as is all that is computed from it
@@ -51,6 +54,8 @@ public:
   friend recording operator-(recording a, recording b) { return of(operation::subtract, a, b); }
   friend recording operator*(recording a, recording b) { return of(operation::multiply, a, b); }
   friend recording operator/(recording a, recording b) { return of(operation::divide, a, b); }
+  friend recording &operator+=(recording &a, recording b) { return a = a + b; }
+  friend recording &operator-=(recording &a, recording b) { return a = a - b; }
   friend condition operator<(recording a, recording b) { return condition(of(operation::less, a, b).place_); }
   friend condition operator>(recording a, recording b) { return b < a; }
   friend condition operator<=(recording a, recording b) { return condition(of(operation::at_most, a, b).place_); }
@@ -61,6 +66,9 @@ public:
 private:
   int place_;
 };
+
+/// Some numbers of a recording, in an order.
+using recordings = std::vector<recording>;
 
 /// Records on a graph while it lives.
 class recording_on {
@@ -80,21 +88,26 @@ template <> struct ksl::math<ksl::generate::recording> {
   using recording = ksl::generate::recording;
   using operation = ksl::generate::operation;
 
-  static constexpr double epsilon = DBL_EPSILON;
+  /// That of the recording's precision.
+  struct unit_roundoff {
+    operator recording() const { return recording::current->single() ? double(FLT_EPSILON) : DBL_EPSILON; }
+  };
+  static constexpr unit_roundoff epsilon = {};
   static recording select(recording::condition c, recording a, recording b) {
     return recording::of(operation::select, recording::step_of(c.place()), a, b);
   }
   static recording fabs(recording x) { return recording::of(operation::absolute, x); }
   static recording sqrt(recording x) { return recording::of(operation::root, x); }
-  static recording sin(recording x) {
-    return recording::current->take_library_sine(), recording::of(operation::sine, x);
-  }
-  static recording cos(recording x) {
-    return recording::current->take_library_sine(), recording::of(operation::cosine, x);
-  }
+  static recording sin(recording) { return not_own(); }
+  static recording cos(recording) { return not_own(); }
   static recording atan2(recording y, recording x) { return recording::of(operation::arctangent, y, x); }
   static void sine_cosine(recording x, recording &sine, recording &cosine) { // KSL's own, as of numbers and packs
     sine = recording::of(operation::sine, x), cosine = recording::of(operation::cosine, x);
+  }
+
+private:
+  static recording not_own() {
+    throw ksl::generate::recording_error("it takes sines of the C library, whose bits code can't have");
   }
 };
 

@@ -1,4 +1,7 @@
 // Elements of Drake between two bodies, which URDF and SDF files have: its documentation of both formats describes them.
+//
+//     URDF    <drake:linear_spring_damper> <drake:linear_spring_damper_body_A name="arm"/> <drake:linear_spring_damper_p_AP value="0 0 1"/> …
+//     SDF     <drake:linear_spring_damper> <drake:linear_spring_damper_body_A>arm</…> <drake:linear_spring_damper_p_AP>0 0 1</…> …
 #pragma once
 
 #include "text/element.hpp"

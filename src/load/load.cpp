@@ -12,11 +12,15 @@ model load(const std::string &path, const model_options &options, const load_opt
 
 model load_text(const std::string &text, const model_options &options, const load_options &how,
                 const std::string &name) {
-  robot_description robot =
-      read_robot_text(text, name, {how.mimic_independent, how.strict, options.floating_base, how.model, how.cut_loops});
+  robot_description robot = read_robot_text(text, name,
+                                            {.floating_base = options.floating_base,
+                                             .mimic_independent = how.mimic_independent,
+                                             .strict = how.strict,
+                                             .model = how.model,
+                                             .cut_loops = how.cut_loops});
   model_options others = options;
   others.floating_base = false; // the description says it
-  return model_of(std::move(robot), others, {how.strict, how.masses_optional});
+  return model_of(std::move(robot), others, {.strict = how.strict, .masses_optional = how.masses_optional});
 }
 
 } // namespace ksl

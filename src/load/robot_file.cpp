@@ -15,18 +15,17 @@ std::string bytes_of_robot_text(const char *text, std::size_t length, const std:
   return {text, length};
 }
 
-robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options) {
+robot_description read_robot_text(const std::string &text, const std::string &name, const read_options &options) {
   const nearest_rounding rounding;
   const text::xml_file file(text, name);
   const std::string root = file.root().name();
   if (root == "sdf")
-    return read_sdf(
-        file, {options.model, options.mimic_independent, options.strict, options.floating_base, options.cut_loops});
+    return read_sdf(file, options);
   if (!options.model.empty())
     text::refuse(name, 0,
                  "model " + text::quoted(options.model) +
                      " is asked for, but only SDF files hold several; leave that option out");
-  robot_description robot = read_urdf(file, {options.mimic_independent, options.strict, options.cut_loops});
+  robot_description robot = read_urdf(file, options);
   robot.floating_base = options.floating_base;
   return robot;
 }

@@ -1,20 +1,14 @@
 // Reads a robot file in any format that KSL has a reader for.
 #pragma once
 
+#include "load/read_options.hpp"
+
 #include "ksl/engine/model/description.hpp"
 
 #include <cstddef>
 #include <string>
 
 namespace ksl {
-
-struct file_options {
-  bool mimic_independent = false; ///< urdf_options, sdf_options
-  bool strict = false;
-  bool floating_base = false; ///< the root floats; in an SDF file it does unless a joint connects it with the world
-  std::string model;          ///< of an SDF file with several: the one to read
-  bool cut_loops = false;     ///< urdf_options, sdf_options
-};
 
 /// The bytes of a file.  Throws description_error.
 std::string bytes_of_robot_file(const std::string &path);
@@ -24,6 +18,6 @@ std::string bytes_of_robot_text(const char *text, std::size_t length, const std:
 
 /// Reads the contents of a file as what its root element says: <robot> is URDF, <sdf> is SDF.  `name` stands for the file in messages.
 /// Throws description_error.
-robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options = {});
+robot_description read_robot_text(const std::string &text, const std::string &name, const read_options &options = {});
 
 } // namespace ksl

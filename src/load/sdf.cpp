@@ -1,5 +1,15 @@
 // Reads SDF 1.4 to 1.10: http://sdformat.org/spec, with frames as "Pose frame semantics" there has them, for 1.4 to 1.6 as "Pose frame
 // semantics: legacy behavior", and <drake:joint> as Drake's documentation of SDF describes it.
+//
+// Poses are relative to frames that may come later in a file, so that it is read twice:
+//
+//     collect_model    names, frames and their poses, model in model; what has a frame is noted in links_, joints_, other_frames_
+//     place_by         models that are placed by a frame of theirs
+//     read_…           links, frames, joints, with all frames known
+//     connect_all      the graph of links and joints becomes a tree and loops
+//     add_floating     links that nothing carries float on the world, which is link 0
+//
+// Names inside a nested model are prefixed by those of the models around it: "arm::hand".
 #include "load/sdf.hpp"
 
 #include "ksl/engine/model/joints.hpp"
@@ -31,7 +41,7 @@ using text::quoted;
 
 class sdf_reader {
 public:
-  sdf_reader(const text::xml_file &file, const sdf_options &options)
+  sdf_reader(const text::xml_file &file, const read_options &options)
       : file_(file), options_(options), root_(file, unused_, file.root(), {"file", ""}) {}
 
   robot_description read();
@@ -91,7 +101,7 @@ private:
   std::string free_joint_name(const std::string &name) const;
 
   const text::xml_file &file_;
-  const sdf_options &options_;
+  const read_options &options_;
   mutable text::unused_list unused_;
   element root_;
   readers::sdf::version version_;
@@ -183,6 +193,7 @@ pugi::xml_node sdf_reader::chosen_model() {
                 "> in <world> is not read; put the robot in a <model> of its own (gz sdf -p FILE expands includes)");
     read_gravity(world);
   }
+  // a world has surroundings, too, which are static
   std::vector<std::string> names, all;
   pugi::xml_node model;
   for (const pugi::xml_node each : holder.node().children("model")) {
@@ -260,6 +271,7 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
     model.refuse("its pose is relative to " + quoted(pose.relative_to) +
                  ", but only world is read here; give the pose in the world");
 
+  // a model's own frame moves with its canonical link: the one that is named, the first, or that of the first model in it
   std::string canonical = node.attribute("canonical_link").value();
   std::vector<pugi::xml_node> parts(node.begin(), node.end());
   if (version_.has_old_frames()) // joints last: a joint gives way to a link of the same name, which others may refer to
@@ -287,6 +299,7 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
   if (canonical.empty())
     model.refuse("no <link> in <model>; a model needs at least one, <link name=\"base\"/> for example");
   frames_.found(inner, canonical, model, "canonical_link");
+  // the frame of a nested model is in that of the model around it, unless its pose says otherwise
   const std::string relative_to = outermost ? "world" : pose.relative_to.empty() ? own_frame : pose.relative_to;
   frames_.add(full_name, {scope, relative_to, outermost ? canonical : name + "::" + canonical, pose.pose, model});
   if (node.attribute("placement_frame") && model.text("placement_frame") != own_frame)
@@ -294,6 +307,11 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
 }
 
 /// Adds the frame of a link, joint or frame, and notes it.  Returns its name.
+///
+///                its pose is in, unless relative_to says     it moves with
+///     link       the model's frame                           itself
+///     joint      its child                                   its child
+///     frame      attached_to, or the model's frame           the same
 std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &scope) {
   const std::string tag = child.name(), kind = tag == "drake:joint" ? "joint" : tag;
   std::string name = name_of(child);
@@ -432,6 +450,7 @@ joint_kind sdf_reader::kind_of(const element &joint) {
                  " is unknown, expected planar; other types are written as <joint>");
   }
   std::vector<std::string> names;
+  // revolute2 is two revolute joints in series: a universal joint, whose axes may have any angle here
   for (const auto &[name, kind] : {std::pair{"revolute", joint_kind::revolute},
                                    {"continuous", joint_kind::continuous},
                                    {"prismatic", joint_kind::prismatic},
@@ -524,6 +543,7 @@ vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double
     given = u;
     return given::direction_of(u);
   }
+  // components in the joint's frame: no number of the file is kept
   const mat3x3<double> R =
       frames_.relative(joint.frame, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
   u = given::direction_of(u);
@@ -650,7 +670,7 @@ void sdf_reader::read_drake_elements() {
 
 /// Mimics that plugins state; and what no reader knows is refused where it joins links or couples joints.
 void sdf_reader::read_plugins_and_check_unread() {
-  const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
+  const readers::left_out option = {.links = options_.cut_loops, .joints = options_.mimic_independent};
   readers::part_names names; // with the names of nested models around them, and without
   const auto local = [](const std::string &name) {
     return name.substr(name.rfind("::") == name.npos ? 0 : name.rfind("::") + 2);
@@ -722,6 +742,7 @@ const sdf_reader::connection &sdf_reader::turning_on(const part &gearbox, const 
 }
 
 /// 1 or −1: whether the gearbox counts the angle of a joint in the joint's own direction.
+/// The sign of R own · axis, R leading from the gearbox's frame to that of the joint.
 double sdf_reader::sense_of(const part &gearbox, const char *tag, const connection &turning) {
   vec3<double> ignored{};
   const vec3<double> own = axis_in(gearbox, tag, ignored), &axis = turning.joint.axis;
@@ -798,6 +819,9 @@ void sdf_reader::close_loop(const joint_description &joint, const std::string &p
 
 /// Adds a joint between two links.  Where its frame is not that of its child, it carries a massless link at its frame, and the child
 /// is welded to that.
+///
+///     parent ──placement──→ [joint] child                                     the joint's frame is the child's
+///     parent ──placement──→ [joint] NAME_frame ──pose, welded──→ child        otherwise
 void sdf_reader::connect(joint_description joint, const std::string &parent, const std::string &child,
                          const std::string &frame) {
   const int parent_index = link_index_.at(parent), child_index = link_index_.at(child);
@@ -826,6 +850,7 @@ void sdf_reader::add_floating() {
   for (const part &link : links_)
     if (!carried_.count(link_index_.at(link.name)))
       free.push_back(link.name);
+  // if there is one only, it is named as floating bases are elsewhere
   for (const std::string &name : free) {
     joint_description out;
     out.kind = joint_kind::floating;
@@ -864,7 +889,7 @@ void sdf_reader::warn() {
 
 } // namespace
 
-robot_description read_sdf(const text::xml_file &file, const sdf_options &options) {
+robot_description read_sdf(const text::xml_file &file, const read_options &options) {
   return sdf_reader(file, options).read();
 }
 

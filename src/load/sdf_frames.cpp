@@ -37,6 +37,7 @@ void frame_graph::place_by(const std::string &model, const std::string &placemen
   const std::string scope = model.substr(0, model.size() - own_frame.size());
   const SE3<double> in_model =
       *relative_within(frames_.size(), model, found(scope, placement_frame, where, "placement_frame"));
+  // the file's pose X is that of the placement frame F, so that X_model X_F = X
   SE3<double> &pose = frames_.find(model)->second.pose;
   pose = product(pose, inverse(in_model));
 }
@@ -69,6 +70,7 @@ std::string role(const frame_graph::frame &f, const std::string &name, const cha
 
 /// How many frames a frame is from the world.  Found once for each, with the frame that it is relative to: models may be long chains.
 int frame_graph::depth(const std::string &from) const {
+  // while its path is followed, a frame is unknown: one that leads to an unknown frame in the end is on a cycle
   std::vector<std::string> path; // frames whose depth isn't known yet
   for (std::string name = from; name != "world" && !places_.count(name); name = places_.at(name).relative_to) {
     const frame &f = at(name);

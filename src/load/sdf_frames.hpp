@@ -15,6 +15,12 @@ inline const std::string own_frame = "__model__"; ///< what SDF calls a model's 
 
 /// Frames by full name: "arm::hand" is frame hand of the nested model arm, "arm::__model__" that model's own frame, and "world"
 /// the one that all poses lead to.
+///
+///     world ←─ A ←─ B ←─ C              ←─ relative_to; each frame has its pose X in the frame that it points to
+///               ↖
+///                 D ←─ E
+///
+/// The pose of E in C is (X_B X_C)⁻¹ X_D X_E, over A, the nearest frame that leads to both.
 class frame_graph {
 public:
   struct frame {

@@ -43,7 +43,7 @@ bool flag_in(const element &parent, const char *tag, bool otherwise);
 /// The number in a child element, which is finite; empty if there is none.
 optional_number number_in(const element &parent, const char *tag);
 
-/// The same of a limit: SDF writes inf where there is no bound, which is empty, too.
+/// A limit in a child element: SDF writes inf where there is no bound, which is empty, too.
 optional_number limit_in(const element &parent, const char *tag);
 
 /// An <inertial>.  What it leaves out is appended to `missing`; SDF has a mass of 1 kg and moments of 1 kg m² for it.

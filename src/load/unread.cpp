@@ -8,6 +8,13 @@
 
 namespace ksl::readers {
 
+//     element    names at most one link and one joint    listed as unused
+//                two links, or two joints                refused, unless its tag says that it joins none, or an option leaves such out
+//     plugin     has a word that couples                 a mimic joint where it states one; otherwise as an element
+//                other                                   listed, with the links or joints that it names
+//
+// Names count wherever they stand, in attributes and texts, at any depth.
+
 namespace {
 
 /// Elements that name several links or joints and join none of them, by a word in their tag.  All others that name two are refused.
@@ -18,10 +25,10 @@ constexpr std::string_view harmless_words[] = {
     "transmission", "actuator", "controller", // between motors and joints, which stay independent of each other
     "gripper",                                // of SDF: how fingers hold objects that are no part of the robot
 };
-/// The same by the whole tag: words that others may contain.  MoveIt's names for choices of links and joints.
+/// Such elements by the whole tag: words that others may contain.  MoveIt's names for choices of links and joints.
 constexpr std::string_view harmless_tags[] = {"group",         "group_state",   "chain",      "end_effector",
                                               "virtual_joint", "passive_joint", "joint_state"};
-/// Words of plugins that couple: in the file's name, its own, or the tags in it.
+/// Words of what couples: in a tag, and of plugins in the file's name, its own, or the tags in it.
 constexpr std::string_view coupling_words[] = {"mimic",   "coupl", "constraint", "gearbox", "closure",
                                                "bushing", "weld",  "attach",     "spring",  "tendon"};
 
@@ -40,7 +47,7 @@ template <class Words> bool has_word(const std::string &text, const Words &words
 bool is_harmless(pugi::xml_node node) {
   const std::string_view tag = node.name();
   const std::string local = lower(tag.substr(tag.find(':') == tag.npos ? 0 : tag.find(':') + 1));
-  return has_word(lower(tag), harmless_words) ||
+  return (has_word(lower(tag), harmless_words) && !has_word(lower(tag), coupling_words)) ||
          std::find(std::begin(harmless_tags), std::end(harmless_tags), local) != std::end(harmless_tags);
 }
 

@@ -39,7 +39,7 @@ struct left_out { bool links = false, joints = false; };
 /// joins none.
 void refuse_if_joining(const text::xml_file &file, const part_names &names, pugi::xml_node node, left_out option);
 
-/// The same of an attribute of a joint, which may name another one.
+/// Refuses an attribute of a joint that names another one, likewise.
 void refuse_if_joining(const text::xml_file &file, const part_names &names, pugi::xml_node joint,
                        pugi::xml_attribute attribute, left_out option);
 

@@ -1,6 +1,17 @@
 // Reads URDF 1.0 to 1.2: https://wiki.ros.org/urdf/XML, and versions 1.1 and 1.2 as urdfdom has them.  Two extensions are read,
 // with a warning: <joint> of any kind that the engine has, and <drake:joint> as Drake's documentation of URDF describes it.  Rotors are
 // read from attributes of <dynamics>, or as Drake has them.
+//
+//     robot                     name, version
+//       link                    name: inertial (origin, mass, inertia); visual and collision are listed
+//       joint, drake:joint      name, type: origin, parent, child, axis, axis2, limit, limit1 … limit3, screw_thread_pitch, dynamics, mimic
+//       constraint, loop_joint, loop, coupling                          close loops, couple joints (urdf_loops.hpp)
+//       force_element, drake:ball_constraint, drake:linear_spring_damper
+//       transmission            rotors and gears; an actuator says that its joint has a motor
+//       ros2_control            mimics, limits, motors (urdf_control.hpp)
+//       gazebo                  plugins that couple joints; the rest is listed
+//
+// What a file holds besides is listed as unused, unless it joins links or couples joints (unread.hpp): then the robot would be another machine.
 #include "load/urdf.hpp"
 
 #include "ksl/engine/model/joints.hpp"
@@ -32,7 +43,7 @@ using text::quoted;
 
 class urdf_reader {
 public:
-  urdf_reader(const text::xml_file &file, const urdf_options &options)
+  urdf_reader(const text::xml_file &file, const read_options &options)
       : file_(file), options_(options), root_(file, unused_, file.root(), {"robot", ""}) {}
 
   robot_description read();
@@ -69,7 +80,7 @@ private:
   void drop_what_has_no_effect(joint_description &out);
 
   const text::xml_file &file_;
-  const urdf_options &options_;
+  const read_options &options_;
   text::unused_list unused_;
   element root_;
   robot_description robot_;
@@ -107,6 +118,7 @@ robot_description urdf_reader::read() {
       read_joint(child);
   for (std::size_t j = 0; j < robot_.joints.size(); ++j)
     joint_index_.try_emplace(robot_.joints[j].name, j);
+  // from here on all links and joints have names: what stands beside them says more of them
   name_parts();
   read_mimics_elsewhere();
   readers::read_limits_of_control(file_, robot_, unused_);
@@ -114,6 +126,7 @@ robot_description urdf_reader::read() {
     read_transmission(transmission);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_ros_rotor(transmission);
+  // joint_index_ holds up to here: joints that close loops leave the list, and the others move up
   read_loops();
   check_unread();
   for (const pugi::xml_node other : root_.node().children())
@@ -199,7 +212,9 @@ void urdf_reader::read_loops() {
     robot_.force_elements.push_back(
         readers::force_element_in({file_, unused_, child, {"force element", child.attribute("name").value()}}, links_));
   }
+  // behind all others, since their names are made so that nothing else has them
   read_drake_elements();
+  // of the joints that stand as <joint> some may close loops; a coupling needs the tree, which is known from here on
   readers::split_loops(robot_, readers::joints_with_motors(root_.node()), unused_);
   const std::vector<int> moving = root_.node().child("coupling") ? readers::moving_joints(robot_) : std::vector<int>();
   for (const pugi::xml_node coupling : root_.node().children("coupling"))
@@ -252,7 +267,7 @@ void urdf_reader::name_parts() {
 
 /// Mimics that <ros2_control> and plugins in <gazebo> state.
 void urdf_reader::read_mimics_elsewhere() {
-  const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
+  const readers::left_out option = {.links = options_.cut_loops, .joints = options_.mimic_independent};
   std::vector<readers::stated_mimic> mimics = readers::mimics_of_control(file_, names_, option);
   for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
     for (const pugi::xml_node plugin : gazebo.children())
@@ -278,7 +293,7 @@ void urdf_reader::read_mimics_elsewhere() {
 
 /// Refuses what no reader knows, and what is in <gazebo>, where it joins links or couples joints.
 void urdf_reader::check_unread() const {
-  const readers::left_out option = {options_.cut_loops, options_.mimic_independent};
+  const readers::left_out option = {.links = options_.cut_loops, .joints = options_.mimic_independent};
   for (const pugi::xml_node node : unused_.elements)
     readers::refuse_if_joining(file_, names_, node, option);
   for (const auto &[node, attribute] : unused_.attributes)
@@ -480,6 +495,7 @@ void urdf_reader::read_limit(const element &joint, joint_description &out) {
                          "no effect on a " + std::string(row_of(out.kind).name) + " joint", out.name);
     return;
   }
+  // the page has 0 for a bound that is left out; here there is none then
   out.lower = limit.number("lower");
   out.upper = limit.number("upper");
   if (out.lower && out.upper && *out.lower > *out.upper)
@@ -614,8 +630,10 @@ void urdf_reader::set_rotor(optional_number inertia, optional_number ratio, cons
 /// one of the joint.  They stand in the actuator, in the joint or beside them, of a transmission between one of each.
 void urdf_reader::read_ros_rotor(pugi::xml_node node) {
   const pugi::xml_node actuator = node.child("actuator"), joint = node.child("joint");
+  // between several actuators and joints, as of a differential gear, one number for each says too little
   const bool is_plain = !actuator.next_sibling("actuator") && !joint.next_sibling("joint");
   const auto found = joint_index_.find(joint.attribute("name").value());
+  // in each place where it may stand; two that differ say nothing
   optional_number inertia, ratio;
   for (const auto &[tag, value] : {std::pair{"motorInertia", &inertia}, {"mechanicalReduction", &ratio}})
     for (const pugi::xml_node parent : {actuator, joint, node}) {
@@ -648,15 +666,15 @@ bool urdf_reader::names_drive(pugi::xml_node transmission) const {
 
 } // namespace
 
-robot_description read_urdf(const std::string &path, const urdf_options &options) {
+robot_description read_urdf(const std::string &path, const read_options &options) {
   return read_urdf_text(text::bytes_of_file(path), path, options);
 }
 
-robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options) {
+robot_description read_urdf_text(const std::string &text, const std::string &name, const read_options &options) {
   return read_urdf(text::xml_file(text, name), options);
 }
 
-robot_description read_urdf(const text::xml_file &file, const urdf_options &options) {
+robot_description read_urdf(const text::xml_file &file, const read_options &options) {
   return urdf_reader(file, options).read();
 }
 

@@ -1,4 +1,10 @@
 // What <ros2_control> says of joints besides which of them have motors: mimics, and limits of commands.
+//
+//     ros2_control
+//       joint                    name
+//         param                  name="mimic": the leader's name; name="multiplier", name="offset": numbers
+//         command_interface      name="position", "velocity" or "effort"
+//           param                name="min", name="max": numbers
 #pragma once
 
 #include "load/unread.hpp"

@@ -15,11 +15,19 @@ namespace {
 
 using A = algebra<double>;
 
+//     <constraint name type>                       <loop_joint name type>               <loop name type>
+//       <parent link/>   <parent_origin xyz/>        <link1 link xyz rpy/>                <predecessor link> <origin/>
+//       <child link/>    <child_origin xyz/>         <link2 link xyz rpy/>                <successor link> <origin/>
+//       <parent_axis xyz/>  <child_axis xyz/>        <axis xyz/>                          <axis xyz/>
+//
+// Ends of <loop_joint> and <loop> have their pose in attributes or in an <origin>.  Second axes are in axis2, parent_axis2 and child_axis2, the pitch
+// of a helical joint in screw_thread_pitch.
+
 /// The tags of one way to write a loop.
 struct form {
   const char *predecessor, *successor;
-  const char *predecessor_origin,
-      *successor_origin; ///< null: xyz and rpy stand in the elements that name the links, or in them
+  /// null: xyz and rpy stand in the elements that name the links, or in them
+  const char *predecessor_origin, *successor_origin;
   const char *axis, *successor_axis;
   const char *axis2, *successor_axis2;
 };
@@ -75,6 +83,7 @@ vec3<double> cross(const vec3<double> &a, const vec3<double> &b) {
 }
 
 /// The rotation about the unit vector k with this sine and cosine.
+/// c 1 + s k̃ + (1 − c) k kᵀ (Rodrigues), in columns.
 mat3x3<double> turn_about(const vec3<double> &k, double s, double c) {
   const double d = 1 - c;
   return {c + d * k.x * k.x,       d * k.x * k.y + s * k.z, d * k.x * k.z - s * k.y,
@@ -92,6 +101,7 @@ vec3<double> across(const vec3<double> &a) {
 }
 
 /// The smallest rotation that leads the unit vector a to b.
+/// About a × b, whose length is the sine; opposite vectors leave the axis open.
 mat3x3<double> least_turn(const vec3<double> &a, const vec3<double> &b) {
   const vec3<double> n = cross(a, b);
   const double s = std::sqrt(A::dot_vv(&n, &n)), c = A::dot_vv(&a, &b);
@@ -101,6 +111,7 @@ mat3x3<double> least_turn(const vec3<double> &a, const vec3<double> &b) {
 }
 
 /// The rotation about the unit vector k that leads a into the half-plane of b.
+/// The angle is that from k × a to k × b, which both are at a right angle to k.
 mat3x3<double> turn_into_plane(const vec3<double> &k, const vec3<double> &a, const vec3<double> &b) {
   const vec3<double> ka = cross(k, a), kb = cross(k, b), n = cross(ka, kb);
   const double s = A::dot_vv(&n, &k), c = A::dot_vv(&ka, &kb), length = std::hypot(s, c);
@@ -115,6 +126,7 @@ mat3x3<double> product(const mat3x3<double> &R, const mat3x3<double> &S) {
 
 /// Axes of both sides, in the frames of the origins.  The description has the same components in both, so that the successor's frame is
 /// turned as little as that needs.
+/// R′ = R T with T a = b, and T a₂ in the half-plane of b and b₂: then R′ a = R b is the successor's axis.
 void align(loop_description &out, const vec3<double> &a, const vec3<double> &b, const vec3<double> &a2,
            const vec3<double> &b2) {
   if (same(a, b) && (!is_given(a2) || !is_given(b2) || same(a2, b2)))
@@ -129,6 +141,11 @@ void align(loop_description &out, const vec3<double> &a, const vec3<double> &b, 
   out.given.successor = {};
 }
 
+/// What is given of a, the axis of the predecessor's side or of both, and b, that of the successor's:
+///
+///     a, or b                   the axis of both sides; no effect on a kind without axes
+///     a and b                   one on each side: the successor's frame is turned (align)
+///     a and b, universal        the joint's two axes, unless a second one is given
 void read_axes(const element &loop, const form &of, loop_description &out, text::unused_list &unused) {
   const joint_kind_row row = row_of(out.kind);
   const auto direction = [](const vec3<double> &v) { return is_given(v) ? given::direction_of(v) : v; };

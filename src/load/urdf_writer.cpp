@@ -42,6 +42,10 @@ bool is_zero(const vec3<double> &v) { return same(v, {0, 0, 0}); }
 
 /// Roll, pitch, yaw of a rotation.  Yaw is found first, and the others in axes turned back by it, so that the product
 /// is accurate even where pitch is a right angle.
+///
+///     Rz(−yaw) R = Ry(pitch) Rx(roll) = [  cp  sp sr  sp cr ]
+///                                       [  0    cr     −sr  ]
+///                                       [ −sp  cp sr  cp cr ]
 given_rotation angles_of(const mat3x3<double> &R) {
   const double yaw = std::atan2(R.m10, R.m00), c = std::cos(yaw), s = std::sin(yaw);
   const double pitch = std::atan2(-R.m20, c * R.m00 + s * R.m10);
@@ -62,6 +66,7 @@ given_inertia inertia_as_given(const link_description &link) {
     return *link.given;
   if (I.m == 0)
     return {0, {0, 0, 0}, {}, {I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx}};
+  // back to the centroid: I_o − m (c·c 1 − c cᵀ)
   const vec3<double> &h = I.h, c = {h.x / I.m, h.y / I.m, h.z / I.m};
   return {I.m,
           c,
@@ -78,6 +83,7 @@ vec3<double> axis_as_given(const vec3<double> &axis, const vec3<double> &given) 
 double pitch_as_given(double pitch, double given) {
   if (given::pitch_of(given) == pitch)
     return given;
+  // 2π times the pitch, divided by 2π, may round to a neighbour of it: one of the next numbers may not
   const double near = pitch * 6.283185307179586;
   for (const double p : {near, std::nextafter(near, 0.0), std::nextafter(near, 2 * near)})
     if (given::pitch_of(p) == pitch)

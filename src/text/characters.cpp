@@ -25,6 +25,12 @@ std::string escaped(char32_t c, const char *prefix, int digits) {
 
 } // namespace
 
+// RFC 3629, section 3:
+//
+//     U+0000  – U+007F      0xxxxxxx
+//     U+0080  – U+07FF      110xxxxx 10xxxxxx                         first byte c2 – df: c0 and c1 would be overlong
+//     U+0800  – U+FFFF      1110xxxx 10xxxxxx 10xxxxxx                without surrogates, U+D800 – U+DFFF
+//     U+10000 – U+10FFFF    11110xxx 10xxxxxx 10xxxxxx 10xxxxxx       first byte f0 – f4
 character first_character(std::string_view text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);

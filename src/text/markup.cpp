@@ -11,6 +11,13 @@ namespace ksl::text {
 namespace {
 
 /// Reads a text from left to right, and notes what it finds.
+///
+///     text      = { markup | reference | character }
+///     markup    = "<!--" … "-->"  |  "<![CDATA[" … "]]>"  |  "<?" … "?>"  |  "<!DOCTYPE", where reading ends  |  tag
+///     tag       = "<" { reference | character | quoted value } ">"
+///     reference = "&" ("lt" | "gt" | "amp" | "quot" | "apos" | "#" digits | "#x" hexadecimal digits) ";"
+///
+/// XML 1.0, productions 15, 16, 18, 28, 40, 66 and 68, as far as they tell where an & is markup; the rest is pugixml's.
 class reader_of_markup {
 public:
   explicit reader_of_markup(std::string_view text) : text_(text) {}
@@ -76,6 +83,7 @@ private:
 
   void read_plain_character() {
     const auto byte = static_cast<unsigned char>(text_[at_]);
+    // U+FFFE and U+FFFF are ef bf be and ef bf bf; control characters are below 0x20
     if (byte >= 0x20 && byte < 0xef) { // what is forbidden begins with other bytes
       ++at_;
       return;

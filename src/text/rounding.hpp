@@ -31,12 +31,14 @@ public:
 private:
 #if defined(__x86_64__)
   using word = unsigned;
-  static constexpr word nearest = 0,
-                        bits = 0xE040; ///< of MXCSR: flush to zero, rounding control, subnormal inputs are zero
+  /// of MXCSR: flush to zero, rounding control, subnormal inputs are zero
+  /// bit 15 flush to zero, 14 and 13 rounding control (0: to nearest), 6 denormals are zero (Intel SDM, volume 1, 10.2.3)
+  static constexpr word nearest = 0, bits = 0xE040;
   static word mode() { return _mm_getcsr() & bits; }
   static void set(word to) { _mm_setcsr((_mm_getcsr() & ~bits) | to); }
 #elif defined(__aarch64__)
   using word = unsigned long;
+  /// bit 24 flush to zero, 23 and 22 rounding mode (0: to nearest)
   static constexpr word nearest = 0, bits = 0x1C00000; ///< of FPCR: flush to zero, rounding mode
   static word mode() { return control() & bits; }
   static word control() {

@@ -117,11 +117,13 @@ bool look_at(int descriptor, status &found) {
   found = status_of(told);
   return true;
 }
+// O_NONBLOCK: a pipe without a writer opens, to be refused; O_NOCTTY: a terminal doesn't become that of the process
 int open_to_read(const std::string &path) { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); }
 int open_to_write(const std::string &path) {
   return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
 }
 int open_new(const std::string &path) {
+  // O_EXCL, O_NOFOLLOW: not through what somebody else has laid there meanwhile
   return open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
 }
 std::ptrdiff_t read_some(int descriptor, void *bytes, std::size_t most) { return ::read(descriptor, bytes, most); }
@@ -133,6 +135,7 @@ bool remove_file(const std::string &path) { return unlink(path.c_str()) == 0; }
 bool rename_over(const std::string &from, const std::string &to) { return std::rename(from.c_str(), to.c_str()) == 0; }
 std::string at_the_end_of_links(const std::string &path) {
   struct stat found;
+  // lstat sees a link itself, stat where it leads
   if (lstat(path.c_str(), &found) != 0)
     return errno == ENOENT ? path : "";
   if (stat(path.c_str(), &found) != 0 || !S_ISREG(found.st_mode))

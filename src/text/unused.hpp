@@ -1,4 +1,10 @@
 // Lists the contents of a file that KSL doesn't use, each kind once.
+//
+// What becomes of what a reader can't take as it is:
+//
+//     refused     description_error: a number is none, or without it the robot would be another machine
+//     warning     it is read, and may not be what is meant
+//     unused      it is known and moves nothing, or it is unknown and joins nothing
 #pragma once
 
 #include <pugixml.hpp>

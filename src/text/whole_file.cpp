@@ -82,6 +82,9 @@ bool write_whole_file(const std::string &path, const std::string &text) {
     throw std::bad_alloc();
   if (file < 0)
     return false;
+  //     .ksl-….part      written, closed ──rename, in one step──→ path
+  //
+  // The old file is there until the new one is complete; a full disk may show only when it is closed.
   const bool is_written = write_all(file, text);
   const bool is_closed = system_files::close_file(file);
   const bool is_done = is_written && is_closed && (!is_staged || system_files::rename_over(beside, place));

@@ -18,6 +18,10 @@ constexpr std::string_view blanks = " \t\r\n";
 /// Levenshtein distance: how many letters must be changed, inserted or deleted to turn a into b.  Distances of `most`
 /// or more may be given as larger than they are: then only letters at most that far from each other are compared, in
 /// time that grows with the length alone.
+///
+///     d(i, j) = min(d(i − 1, j − 1) + [a_i ≠ b_j],  d(i, j − 1) + 1,  d(i − 1, j) + 1),    |i − j| ≤ most
+///
+/// row by row; `row` is row i, `above` row i − 1.  Elements off that band count as `most`.
 std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t most) {
   std::vector<std::size_t> row(b.size() + 1), above(b.size() + 1);
   std::iota(above.begin(), above.end(), std::size_t{0});
@@ -138,6 +142,7 @@ std::vector<std::string_view> split(std::string_view text) {
 
 std::string nearest(std::string_view name, const std::vector<std::string> &candidates) {
   std::string best;
+  // up to a quarter of its letters, 1 to 3 of them, may be wrong; beyond, it is another name
   std::size_t least = 1 + std::clamp<std::size_t>(name.size() / 4, 1, 3);
   for (const std::string &candidate : candidates) {
     const std::size_t gap = std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size());

@@ -21,6 +21,7 @@ std::string utf8_from_utf16(std::string_view bytes, bool big_endian) {
   };
   std::string text;
   for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    // a high surrogate and a low one are a character beyond U+FFFF, ten bits from each
     char32_t c = unit(i);
     const char32_t low = i + 3 < bytes.size() ? unit(i + 2) : 0;
     if (c >= 0xd800 && c < 0xdc00 && low >= 0xdc00 && low < 0xe000) {
@@ -77,6 +78,8 @@ std::string quoted_tag(pugi::xml_node node) { return "<" + shortened(node.name()
 } // namespace
 
 xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {
+  // First what pugixml would pass over, or need too much memory for: a zero byte, too many elements, a DOCTYPE.  Then pugixml's own errors, whose messages
+  // are better than those about a reference or a character, which come last.
   if (text_.empty())
     text::refuse(name_, 0, "the file is empty, expected a <robot> element; give a URDF file");
   check_size(text_.size(), name_);
@@ -126,6 +129,7 @@ void xml_file::check_outside_of_root() const {
 /// Converts the file to UTF-8 from whatever encoding it has.  Then names are text, and offsets are those of pugixml.
 void xml_file::decode() {
   const auto starts = [this](std::string_view mark) { return std::string_view(text_).substr(0, mark.size()) == mark; };
+  // byte-order marks; without one, a < of two bytes begins UTF-16 (XML 1.0, appendix F)
   using namespace std::string_view_literals;
   if (starts("\xff\xfe"sv))
     text_ = utf8_from_utf16(std::string_view(text_).substr(2), false);

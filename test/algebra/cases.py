@@ -1,4 +1,4 @@
-"""Random arguments and errors in u, for the tests that are not rows of accuracy_test.py."""
+"""Random arguments and errors in u, for the tests that are not rows of formulas.py."""
 
 import contextlib
 import sys

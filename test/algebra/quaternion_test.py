@@ -1,15 +1,15 @@
 """Quaternions against 200 bits: conversions, exponential and logarithm, interpolation; the errata B3 to B7 of the
-published library.  Products are in accuracy_test.py."""
+published library.  Products are in formulas.py."""
 
 import gmpy2
 import numpy as np
 import pytest
 
 import reference as ref
+from formulas import conj, hamilton, pure
 from functions import published
 from random_cases import AT_200_BITS
 from reference import UNIT, dot, mp, mul, norm
-from accuracy_test import conj, hamilton, pure
 
 pytestmark = pytest.mark.many_cases
 N = AT_200_BITS

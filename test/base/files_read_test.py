@@ -10,11 +10,11 @@ import pytest
 import ksl
 from ksl.base import files_read
 from ksl.base.files_read import being_read, recorded
-from ksl.load_cases.case_file import read_cases
+from ksl.load_cases.case_files.case_file import read_cases
 from ksl.load_cases.holding import read_pose
 from ksl.motions.reading import read_motion, read_wrenches
-from ksl.sizing.components import read_components
-from ksl.sizing.example import example_file
+from ksl.sizing.catalogue.components import read_components
+from ksl.sizing.catalogue.example import example_file
 
 
 def sha256(path):

@@ -37,6 +37,12 @@ def test_why_a_process_ended_without_an_answer(program, why):
     assert why in str(e.value)
 
 
+def test_a_process_ends_after_its_share_of_processor_time():
+    pytest.importorskip("resource")
+    with pytest.raises(own_process.Ended, match="it took more than 1 s of processor time, which are the most that it gets"):
+        own_process.run("while True:\n    pass\n", {}, seconds=1)
+
+
 def test_an_exception_while_it_waits_ends_the_process():
     pids = []
 
@@ -61,20 +67,25 @@ def test_what_a_command_wants_ends_with_its_test():
 FILES = {
     "xacro": ("r.xacro", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r"><xacro:include filename="{}"/></robot>', ["--xacro", ""]),
     "mujoco": ("r.xml", '<mujoco><include file="{}"/></mujoco>', []),
+    "pxr": ("r.usda", "#usda 1.0\n(\n subLayers = [@./never.usda@, @./{}@]\n)\n", []),
 }
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
-@pytest.mark.parametrize(("library", "name"), [("xacro", "SIGINT"), ("xacro", "SIGTERM"), ("mujoco", "SIGINT"), ("mujoco", "SIGHUP")])
+@pytest.mark.parametrize(
+    ("library", "name"), [("xacro", "SIGINT"), ("xacro", "SIGTERM"), ("mujoco", "SIGINT"), ("mujoco", "SIGHUP"), ("pxr", "SIGINT"), ("pxr", "SIGTERM")]
+)
 def test_signals_end_a_command_while_another_library_works(tmp_path: Path, library: str, name: str):
-    """The library waits for a file that nobody writes."""
+    """The library waits for a file that nobody writes; KSL, which looks at the sublayers of USD from the last one on, gives up the one that is opened here, and waits for the next."""
     pytest.importorskip(library)
     file, text, options = FILES[library]
-    os.mkfifo(tmp_path / "pipe.xml")
-    (tmp_path / file).write_text(text.format("pipe.xml"))
+    pipe = f"pipe{os.path.splitext(file)[1]}"
+    for path in (pipe, pipe.replace("pipe", "never")):
+        os.mkfifo(tmp_path / path)
+    (tmp_path / file).write_text(text.format(pipe))
     heard = lambda: signal.signal(getattr(signal, name), signal.SIG_DFL)
     process = subprocess.Popen([*KSL, "info", file, *options], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)  # noqa: PLW1509 - it calls signal.signal and no more
-    with open(tmp_path / "pipe.xml", "w"):  # open returns when the library has opened the other end
+    with open(tmp_path / pipe, "w"):  # open returns when the library has opened the other end
         process.send_signal(getattr(signal, name))
         said = process.communicate(timeout=120)
     assert process.returncode == 128 + getattr(signal, name), said

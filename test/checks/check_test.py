@@ -10,7 +10,7 @@ from rules_test import CASES
 
 import ksl
 from growth import assert_linear, work
-from ksl.checks.findings import STATUS
+from ksl.checks.description.findings import STATUS
 from ksl.checks.run import RULES, TOPICS
 from ksl_command import run_ksl
 
@@ -243,7 +243,7 @@ def test_without_lxml_one_sentence(check, monkeypatch):
 def test_the_second_moment_bound_by_hand():
     """Half the mass at each end of a rod of length 2 is the extreme that a body in its box can have: variance 1 = (1 − 0)(0 + 1)."""
     from ksl.checks.fit_rules import Fit
-    from ksl.checks.robot import Inertial, Link
+    from ksl.checks.description.robot import Inertial, Link
 
     box = np.array([[-1.0, -1, -1], [1, 1, 1]])
     I = np.diag([0.0, 2.0, 2.0])  # m = 2 kg at x = ±1 m

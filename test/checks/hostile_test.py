@@ -11,7 +11,8 @@ import ksl
 from growth import assert_linear, work
 from ksl.base import limits
 from ksl.base.errors import DescriptionError
-from ksl.checks import file_rules, tags, write, xml_file
+from ksl.checks import file_rules
+from ksl.checks.description import tags, write, xml_file
 from ksl.checks.run import findings_of_bytes, fix
 from ksl_command import run_ksl
 from regex_steps import count_patterns

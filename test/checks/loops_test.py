@@ -10,7 +10,7 @@ from files import more
 from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, bricard
 from loop_files import CASES, IDLE, IN_MJCF, IN_SDF, INERTIA, MOTOR, hinge, in_mjcf, in_sdf, planar, spatial
 
-from ksl.checks import loop_positions
+from ksl.checks.description import loop_positions
 from ksl.checks.loop_advice import Change, advice, is_across_a_plane
 
 

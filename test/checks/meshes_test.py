@@ -1,5 +1,8 @@
 """Where meshes are looked for, what is known of them from their first bytes, and how large they are."""
 
+import io
+import zipfile
+
 import numpy as np
 import pytest
 from files import hinge, link, more, stl
@@ -74,6 +77,17 @@ def test_a_missing_mesh_is_told_once_with_the_place_looked_at(check, tmp_path):
     assert findings.rules == {"mesh-missing": 1} and str(tmp_path / "none.stl") in findings[0].found
 
 
+def zipped(size):
+    """An archive of one file of zeros, whose directory says its size."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.stl", bytes(100))
+    data, wrong = bytearray(packed.getvalue()), size.to_bytes(4, "little")
+    directory = data.index(b"PK\1\2")
+    data[directory + 24 : directory + 28] = wrong
+    return bytes(data)
+
+
 @pytest.mark.parametrize(
     "name, data, fault",
     [
@@ -85,7 +99,10 @@ def test_a_missing_mesh_is_told_once_with_the_place_looked_at(check, tmp_path):
         ("a.stl", b"hello", "84"),
         ("a.dae", b"version https://git-lfs.github.com/spec/v1\noid sha256:4\n", "git lfs pull"),
         ("a.dae", b'<?xml version="1.0"?><COLLADA/>', None),
-        ("a.dae", b"PK\3\4", "Collada"),
+        ("a.dae", b"PK\3\4", "broken archive"),
+        ("a.zip", zipped(1 << 20), None),
+        ("a.3mf", zipped(1 << 29), "archive of 512 MB, and 256 MB are the most"),
+        ("a.stl.gz", b"\x1f\x8b\x08", "compressed; unpack it"),
         ("a.obj", b"v 1 2 3\n", None),
         ("a.obj", b"\0\1\2", "OBJ"),
         ("a.glb", b"glTF\2\0\0\0", None),

@@ -9,7 +9,7 @@ import pytest
 from files import ARM, END, changed, hinge, link, more, stl
 from loop_files import CASES as LOOPS
 
-from ksl.checks.findings import STATUS
+from ksl.checks.description.findings import STATUS
 from ksl.checks.loop_rules import _list
 from ksl.checks.rule import clipped
 from ksl.checks.run import RULES

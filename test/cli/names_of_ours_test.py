@@ -15,14 +15,18 @@ from names import OURS, chain
 NAMES = [name for name in OURS if name.strip()]
 
 COMMANDS = {
-    "actuation": [("ROBOT", "--joints", "joint,-,Arm,🦾", "-o", "DIR/actuation")],
+    "actuation": [("ROBOT", "--joints", "joint,-,Arm,🦾", "--start", "Arm=0.1", "-o", "DIR/actuation")],
     "check": [("ROBOT",)],
     "compare": [("ROBOT", "--with", "mujoco", "--states", "1")],
     "free-bodies": [
         ("DIR/results", "-o", "DIR/parts", "--links", "case,Arm"),
         ("DIR/results", "-o", "DIR/decks", "--deck", "calculix", "--deck", "nastran", "--apart"),
     ],
-    "generate": [("ROBOT", "--algorithms", "reactions", "-o", "DIR/c"), ("ROBOT", "--fmu", "forward", "-o", "DIR/fmu")],
+    "generate": [
+        ("ROBOT", "--algorithms", "reactions", "-o", "DIR/c"),
+        ("ROBOT", "--algorithms", "bias", "--cuda", "-o", "DIR/cuda"),
+        ("ROBOT", "--fmu", "forward", "-o", "DIR/fmu"),
+    ],
     "hold": [("ROBOT",), ("ROBOT", "--payload", "1", "--on-link", "case")],
     "info": [("ROBOT",)],
     "motion": [("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.csv"), ("ROBOT", "--kind", "minjerk", "-o", "DIR/motion.parquet")],
@@ -70,7 +74,22 @@ def test_every_command_is_in_the_table():
 
 
 def test_every_command_takes_such_names(folder):
-    for command in ("info", "check", "compare", "actuation", "motion", "hold", "loads", "modes", "free-bodies", "simulate", "size", "sweep", "view"):
+    for command in (
+        "info",
+        "check",
+        "compare",
+        "actuation",
+        "motion",
+        "hold",
+        "loads",
+        "modes",
+        "free-bodies",
+        "generate",
+        "simulate",
+        "size",
+        "sweep",
+        "view",
+    ):
         for given in COMMANDS[command]:
             if command == "view":
                 pytest.importorskip("viser")

@@ -11,13 +11,15 @@ import ksl
 from ksl.base.rotations import quaternion_of
 from ksl.comparison import libraries
 from ksl.comparison.bodies import lumped, of_link, pseudo_inertia
+from ksl.comparison.body_changes import changed_links
 from ksl.comparison.coordinates import same
+from ksl.comparison.differences import TOLERANCE
 from ksl.comparison.libraries import Library
 from ksl.comparison.other_robot import NotLoaded, OneState, OtherRobot, Place
 
 ARM = """<robot name="arm"><link name="base"/>
   <link name="upper"><inertial><origin xyz="0.1 0.02 0.2"/><mass value="2"/><inertia ixx="0.03" iyy="0.04" izz="0.02" ixy="0.002" iyz="0.001" ixz="0.003"/></inertial></link>
-  <link name="fore"><inertial><origin xyz="0 0.1 0.2"/><mass value="1"/><inertia ixx="0.02" iyy="0.03" izz="0.02" ixy="0.001" iyz="0.002" ixz="0.003"/></inertial></link>
+  <link name="fore"><inertial><origin xyz="0 0.1 0.2"/><mass value="1.25"/><inertia ixx="0.02" iyy="0.03" izz="0.02" ixy="0.001" iyz="0.002" ixz="0.003"/></inertial></link>
   <link name="hand"><inertial><origin xyz="0.05 0 0"/><mass value="0.5"/><inertia ixx="0.002" iyy="0.003" izz="0.002" ixy="0.0001" iyz="0" ixz="0"/></inertial></link>
   <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/>
     <limit lower="-2" upper="2" effort="9" velocity="9"/><dynamics damping="0.7" friction="0.4"/></joint>
@@ -109,7 +111,7 @@ def with_link(change, link="fore"):
 def test_the_same_numbers_agree(compared):
     found = compared(Same)
     assert (found.status, found.differing, found.reasons, found.version) == (0, [], [], "1.0")
-    assert [q.name for q in found.quantities] == ALL and all(q.agrees and q.difference < 1e-12 for q in found.quantities)
+    assert [q.name for q in found.quantities] == ALL and all(q.agrees and max(q.difference, q.relative) < 1e-12 for q in found.quantities)
 
 
 @pytest.mark.parametrize("physics", [["damping"], ["friction"], ["damping", "friction"]], ids=" and ".join)
@@ -151,7 +153,7 @@ MASSES = {
     "moments of inertia are made equal": lambda P: of_central(P, lambda I: np.trace(I) / 3 * np.eye(3)),
     "the mass is at the link's origin": lambda P: pseudo_inertia(P[3, 3], np.zeros(3), central(P)),
     "solid sphere of 1000 kg/m³": lambda P: of_central(P, lambda I: 0.4 * P[3, 3] * np.cbrt(3 * P[3, 3] / (4e3 * np.pi)) ** 2 * np.eye(3)),
-    "1.7 kg there, 1.5 kg in KSL": lambda P: P + np.diag([0, 0, 0, 0.2]),
+    "1.95 kg there, 1.75 kg in KSL": lambda P: P + np.diag([0, 0, 0, 0.2]),
     "same principal moments about other axes": lambda P: of_central(P, lambda I: I[::-1, ::-1]),
 }
 
@@ -178,9 +180,37 @@ def test_masses_that_the_other_library_has_otherwise(compared, said):
     assert found.unexplained == [] and found.status == 1
 
 
-def test_a_link_that_is_welded_to_another_is_named(compared):
+def test_links_that_are_welded_to_others_are_named(compared):
+    """One of a body's, or all of them."""
     found = compared(with_link(np.zeros_like, "hand"))
     assert found.reasons[0].text.startswith("hand: its mass and tensor are dropped")
+    m = ksl.load_string(ARM)
+    assert changed_links(m, {"fore": np.zeros((4, 4))}) == "fore, hand: its mass and tensor are dropped"
+
+
+@pytest.mark.parametrize(("mass", "size"), [(1e4, 0.3), (1e-4, 0.3), (2.0, 100.0), (2.0, 1e-3)])
+def test_masses_are_others_beyond_a_share_of_their_own(mass, size):
+    """Of the mass, of the largest second moment, and between them of the root of their product; a mass that is within it is not said to be another."""
+    axes = np.diag([3.0, 4.0, 5.0]) * mass * size**2
+    m = ksl.Builder("one").add_link("w").add_link("b", mass, (size, 0, 0), axes).add_joint("j", "revolute", "w", "b", axis=(0, 0, 1)).build()
+    P = of_link(m.link("b"))
+    scale = np.sqrt(np.outer(*2 * [[np.abs(P[:3, :3]).max()] * 3 + [mass]]))
+    for i, j in ((0, 0), (0, 1), (1, 3), (3, 3)):
+        step = np.zeros((4, 4))
+        step[i, j] = step[j, i] = TOLERANCE * scale[i, j]
+        within, beyond = (changed_links(m, {"b": P + factor * step}) for factor in (0.98, 1.02))
+        assert within == "" and beyond and ("kg in KSL" in beyond) == (i == 3), (i, j)
+    for factor, said in ((0.5, "the same principal moments about other axes"), (2, "another tensor or centroid")):
+        turned = pseudo_inertia(mass * (1 + 0.5 * TOLERANCE), np.array([size, 0, 0]), axes[::-1, ::-1] * (1 + factor * TOLERANCE))
+        assert changed_links(m, {"b": turned}) == f"b: {said}"
+
+
+def test_links_that_are_named_are_few():
+    b = ksl.Builder("chain").add_link("l0")
+    for i in range(1, 8):
+        b.add_link(f"l{i}", 1.0, inertia=np.eye(3)).add_joint(f"j{i}", "revolute", f"l{i - 1}", f"l{i}", axis=(0, 0, 1))
+    said = ["l1, l2, l3, l4, l5: its mass and tensor are dropped", "l1, l2, l3, l4, l5 and 2 more: its mass and tensor are dropped"]
+    assert [changed_links(b.build(), {f"l{i}": np.zeros((4, 4)) for i in range(1, n)}) for n in (6, 8)] == said
 
 
 class AngularFirst(Same):
@@ -213,11 +243,11 @@ class Opposite(Same):
 
 
 class Permuted(Same):
-    """Its results are of joints in another order than it says."""
+    """Its results are of joints in another order than it says, and rounded."""
 
     def compute(self, *given):
         one = super().compute(*given)
-        return one._replace(efforts=one.efforts[::-1], mass_matrix=one.mass_matrix[::-1, ::-1])
+        return one._replace(efforts=one.efforts[::-1] * (1 + 5e-9), mass_matrix=one.mass_matrix[::-1, ::-1])
 
 
 class OtherQuaternion(Same):
@@ -225,6 +255,17 @@ class OtherQuaternion(Same):
         q = q.copy()
         q[3:7] = q[[4, 5, 6, 3]]
         return super().compute(q, *given)
+
+
+class Weightless(Same):
+    """It says that it has the file's gravity, and computes without."""
+
+    def planted(self, model):
+        return model.with_gravity((0, 0, 0))
+
+    def __init__(self, file):
+        super().__init__(file)
+        self.gravity = np.array(self.model.gravity)
 
 
 class Noisy(Same):
@@ -242,12 +283,14 @@ class Noisy(Same):
         (Transposed, ["frame"], "transposes", ["orientations"]),
         (Opposite, ["sign"], "opposite sign", ["inverse dynamics"]),
         (Permuted, ["order"], "in another order", ["inverse dynamics", "mass matrix"]),
+        (Weightless, ["gravity"], "the numbers are those of no gravity", ["inverse dynamics", "forward dynamics"]),
     ],
 )
 def test_other_conventions(compared, fake, topics, text, differing):
     found = compared(fake)
     assert [r.topic for r in found.reasons] == topics and text in found.reasons[-1].text
     assert found.differing == differing and found.unexplained == [] and found.status == 1
+    assert all(q.difference == q.relative for q in found.quantities if q.name == "orientations"), "rotations have no unit"
 
 
 def test_another_order_of_quaternions(compared):
@@ -351,7 +394,9 @@ def test_links_without_frames_and_joints_without_mass(compared):
 
     found = compared(Fused)
     assert found.status == 0 and found.not_compared == ["poses and Jacobians of links that it has no frames of: fore, hand"]
-    without = re.sub(r"<inertial>(?:(?!</inertial>).)*</inertial></link>\n  <joint", "</link>\n  <joint", ARM).replace('<mass value="1"/>', '<mass value="0"/>')
+    without = re.sub(r"<inertial>(?:(?!</inertial>).)*</inertial></link>\n  <joint", "</link>\n  <joint", ARM).replace(
+        '<mass value="1.25"/>', '<mass value="0"/>'
+    )
     without = re.sub(r'(<mass value="0"/>)<inertia [^>]*>', r'\1<inertia ixx="0" iyy="0" izz="0" ixy="0" iyz="0" ixz="0"/>', without)
 
     class NoAccelerations(Same):
@@ -371,6 +416,22 @@ def test_a_robot_without_joints_that_move(tmp_path):
     )
     with pytest.raises(ksl.DescriptionError, match="rock.urdf: no joint moves, and there is nothing to compare; floating_base"):
         ksl.compare(tmp_path / "rock.urdf")
+
+
+def test_files_that_are_no_xml(tmp_path):
+    """USD has angles in its paths, and its binary form has any byte."""
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdGeom, UsdPhysics
+
+    for name in ("r.usda", "r.usdc"):
+        stage = Usd.Stage.CreateNew(str(tmp_path / name))
+        base, arm = (UsdGeom.Xform.Define(stage, f"/r/{link}").GetPrim() for link in ("base", "arm"))
+        UsdPhysics.RigidBodyAPI.Apply(base), UsdPhysics.RigidBodyAPI.Apply(arm), UsdPhysics.MassAPI.Apply(arm).CreateMassAttr(1.0)
+        joint = UsdPhysics.RevoluteJoint.Define(stage, "/r/turn")
+        joint.CreateBody0Rel().SetTargets([base.GetPath()]), joint.CreateBody1Rel().SetTargets([arm.GetPath()])
+        stage.GetRootLayer().Save()
+        with pytest.raises(ksl.DescriptionError, match=f"{name}: is no XML that can be read; compared are URDF, SDF and MJCF"):
+            ksl.compare(tmp_path / name)
 
 
 def test_xacro(tmp_path, compared):
@@ -410,7 +471,9 @@ def test_libraries_that_are_missing_are_named_with_the_command_that_brings_them(
         ({"libraries": []}, "libraries is empty"),
         ({"states": 0}, "states=0; expected a whole number, 1 to 1000"),
         ({"states": True}, "states=True"),
+        ({"states": 1001}, "states=1001"),
         ({"seed": -1}, "seed=-1"),
+        ({"seed": 2**63}, "seed=9223372036854775808; expected a whole number, 0 to 9223372036854775807"),
         ({"physics": "dampng"}, "dampng"),
     ],
 )
@@ -466,6 +529,7 @@ def test_every_coordinate_form_keeps_power():
             ahead, behind = (form(model.integrate(q, s * h * v), v) for s in (1, -1))
             derivative = np.einsum("nij,nj->ni", ahead.T - behind.T, v) / (2 * h)
             np.testing.assert_allclose(form(q, v).rate, derivative, atol=1e-8)
+            assert form(q, v).T.shape == (3, model.nv, model.nv)
     q = np.array([[0.1, 0.2, 0.7]])
     np.testing.assert_allclose(c.cosine_and_sine(q, q).q, [[0.1, 0.2, np.cos(0.7), np.sin(0.7)]])
     np.testing.assert_allclose(c.cosine_and_sine(q[:, 2:], q[:, 2:]).q, [[np.cos(0.7), np.sin(0.7)]])

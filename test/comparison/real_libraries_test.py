@@ -6,6 +6,9 @@ import pytest
 from ksl_command import run_ksl
 
 import ksl
+from ksl.comparison.body_changes import changed_links
+from ksl.comparison.libraries import LIBRARIES
+from ksl.comparison.other_robot import File
 
 FREE = """<mujoco model="free"><option gravity="0 0.3 -9"/><worldbody>
   <body name="base" pos="0.1 0.2 0.3" quat="0.9 0.1 0.2 0.3"><freejoint name="root"/><inertial pos="0 0 0.1" mass="2" diaginertia="0.1 0.2 0.25"/>
@@ -52,9 +55,44 @@ def test_panda(panda, library, floating):
     assert "mimic" in topics and ("lumped links" in topics or library == "drake") and ("base" in topics or not floating)
 
 
+@pytest.mark.parametrize("floating", [False, True], ids=["fixed", "floating"])
+def test_bodies_are_those_of_the_file(panda, tmp_path, library, floating):
+    """Links that are welded together are one, in the frame of the link that moves."""
+    files = [(panda, "urdf")]
+    (tmp_path / "free.xml").write_text(FREE)
+    (tmp_path / "mixer.sdf").write_text(SDF)
+    if not floating:
+        files += [(tmp_path / "mixer.sdf", "sdf")] if library == "drake" else [(tmp_path / "free.xml", "mjcf")]
+    for path, format_ in files:
+        m = ksl.load(path, floating_base=floating, mimic="independent")
+        bodies = LIBRARIES[library].load(File(str(path), path.read_bytes(), format_, m, floating)).bodies()
+        assert len(bodies) >= len(m.joint_names) - (format_ == "mjcf")  # KSL has a link of its own where a joint of MJCF is not at its body's frame
+        assert changed_links(m, {link: P for link, P in bodies.items() if link in m.link_names}) == "", path.name
+
+
 def test_ur5(examples, library):
     found = ksl.compare(examples / "robots/ur5.urdf", library, states=2)[library]
-    assert not found.failed and found.unexplained == [] and len(found.quantities) == 6
+    assert not found.failed and found.unexplained == [] and len(found.quantities) == 6 and not {"mimic", "quaternion"} & {c.topic for c in found.conventions}
+
+
+@pytest.mark.parametrize(("axis", "status"), [("0 0 1", 0), ("1 0 0", 2)])
+def test_planes(tmp_path, library, axis, status):
+    """Those across z agree, but in MuJoCo, which reads none; across others, numbers are of other axes."""
+    links = "".join(
+        f'<link name="{n}"><inertial><origin xyz="0.1 0 0.2"/><mass value="2"/><inertia ixx="0.3" iyy="0.4" izz="0.2" ixy="0.02" iyz="0.01" ixz="0.03"/></inertial></link>'
+        for n in "ab"
+    )
+    joints = "".join(
+        f'<joint name="{kind}" type="{kind}"><parent link="{p}"/><child link="{c}"/><axis xyz="{axis}"/></joint>'
+        for kind, p, c in (("planar", "w", "a"), ("continuous", "a", "b"))
+    )
+    (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="w"/>{links}{joints}</robot>')
+    found = ksl.compare(tmp_path / "r.urdf", library, states=2)[library]
+    assert found.status == (2 if library == "mujoco" else status) and ("no such joint as planar (planar)" in found.failed) == (
+        found.status == 2 and library != "drake"
+    )
+    topics = {c.topic for c in found.conventions}
+    assert ("quaternion" in topics) == (library == "pinocchio" and not found.failed) and (library == "mujoco" or "lumped links" not in topics)
 
 
 def test_mjcf_with_all_that_mujoco_has_otherwise(tmp_path):
@@ -109,9 +147,14 @@ EFFECTS = {
 @pytest.mark.parametrize("topics", [("actuators",), ("gravcomp",), ("fluid",), ("tendons",), ("gravcomp", "fluid", "actuators")])
 def test_forces_that_ksl_never_has_are_reasons(tmp_path, topics):
     pytest.importorskip("mujoco")
-    option = '<option density="500" viscosity="0.3"/>' if "fluid" in topics else ""
+    option = '<option viscosity="0.3"/>' if topics == ("fluid",) else '<option density="500" viscosity="0.3"/>' if "fluid" in topics else ""
     gravcomp = 'gravcomp="0.7"' if "gravcomp" in topics else ""
     bodies = f'<body name="a" {gravcomp}><joint name="one" axis="0 1 0"/><geom size="0.1" pos="0.2 0 0"/><body name="b" pos="0.4 0 0"><joint name="two" axis="1 0 0"/><geom size="0.1" pos="0 0.2 0"/></body></body>'
     (tmp_path / "r.xml").write_text(f"<mujoco>{option}<worldbody>{bodies}</worldbody>{''.join(EFFECTS[topic] for topic in topics)}</mujoco>")
     found = ksl.compare(tmp_path / "r.xml", "mujoco", states=3)["mujoco"]
     assert not found.failed and found.unexplained == [] and {r.topic for r in found.reasons} == set(topics), found.reasons
+    (tmp_path / "u.xml").write_text(re.sub(r' name="(a|b|servo|band)"', "", (tmp_path / "r.xml").read_text()))
+    unnamed = ksl.compare(tmp_path / "u.xml", "mujoco", states=3)["mujoco"]
+    named = {"actuators": "actuator0 exert", "gravcomp": "gravity of body1 is", "tendons": "tendon0 exert", "fluid": "bodies move"}
+    assert all(any(named[topic] in str(r) for r in unnamed.reasons) for topic in topics), unnamed.reasons
+    assert {q.name for q in unnamed.quantities} == {q.name for q in found.quantities} and unnamed.unexplained == []

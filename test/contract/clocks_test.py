@@ -20,7 +20,7 @@ CLOCK = re.compile(
 REASONS = {
     "test/base/own_process_test.py": "programs that sleep until they are ended",
     "test/contract/environment_test.py": "commands that run side by side and end in a known order",
-    "test/cli/cli_test.py": "deadline of a wait for a file that a process writes",
+    "test/cli/cli_outputs_test.py": "deadline of a wait for a file that a process writes",
     "test/cli/hostile_commands_test.py": "programs that sleep until an interrupt comes",
     "test/faults/ended_sweeps.py": "moments at which runs are stopped",
     "test/faults/kill_at_random.py": "moments at which runs are stopped",
@@ -30,7 +30,8 @@ REASONS = {
     "test/mutate/driver.cpp": "no test: how long mutants take, and when they hang",
     "test/mutate/python_tests.py": "no test: how long mutants take, and when they hang",
     "test/mutate/run.py": "no test: how long a run took, for its report",
-    "test/sweeps/sweep_test.py": "deadline of a wait for a process",
+    "test/sweeps/sweep_results_test.py": "counts in the place of a clock",
+    "test/sweeps/sweep_workers_test.py": "deadline of a wait for a process",
     "test/viewer/hostile_names_test.py": "deadline of a wait for a page",
     "test/viewer/viewer_page_test.py": "deadline of a wait for a page",
 }

@@ -1,4 +1,4 @@
-"""The programs in examples/c and examples/cpp (of "c.md" and others) build without a warning, with both compilers, and print what they should.
+"""The programs in examples/c and examples/cpp (of "embedded.md" and others) build without a warning, with both compilers, and print what they should.
 examples/embedded is in single_header_test.py."""
 
 import re

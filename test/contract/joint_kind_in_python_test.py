@@ -71,8 +71,8 @@ from ksl.mechanism.joint_columns import by_name, endings_of
 from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.joint_kinds import columns_of, units_of
-from ksl.report.input import CaseCurves, ReportInput
-from ksl.report.page import write_report
+from ksl.report.html.input import CaseCurves, ReportInput
+from ksl.report.html.page import write_report
 from ksl.sizing.samples import ResultJoint
 
 slide = Joint("slide", "xy_table", "floor", "plate", 2, 2, 0, 0, (0, 0, 0), limits=((-1.0, 2.0), (None, None)))

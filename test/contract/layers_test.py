@@ -117,6 +117,13 @@ def test_an_old_path_leads_to_the_header_that_is_there_no_more():
         assert new.name == path.name and len(path.read_text(encoding="utf-8").splitlines()) == 2
 
 
+def test_each_header_that_programs_include_is_in_one_room():
+    """The folder is flat, as the published library's; its README says what belongs together."""
+    page = (INCLUDE / "ksl/README.md").read_text(encoding="utf-8").replace("all of it but `trig.h` and `memory.h`", "")
+    named = re.findall(r"`(\w+\.hp?p?)`", page)
+    assert sorted(named) == sorted(path.name for path in (INCLUDE / "ksl").iterdir() if path.suffix in (".h", ".hpp"))
+
+
 def test_the_algebra_needs_c_headers_only():
     strangers = {path.relative_to(ROOT): unknown for path in sources() if layer(path) < 2 and (unknown := set(includes(path)[1]) - C_HEADERS)}
     assert not strangers, "the C algebra depends on nothing but C"

@@ -9,7 +9,7 @@ import pyarrow.parquet as parquet
 import pytest
 
 import ksl
-from ksl.report.numbers import format_number
+from ksl.report.html.numbers import format_number
 from ksl.load_cases.results_table import read_results
 from ksl.viewer.results_scene import scene_of_motion, scene_of_results
 from ksl_command import run_ksl

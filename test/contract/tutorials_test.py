@@ -111,7 +111,7 @@ def test_every_picture_is_shown():
 
 def test_all_pages_are_in_the_index():
     text = (TUTORIALS / "README.md").read_text(encoding="utf-8")
-    assert all(f"({page.name})" in text for page in PAGES) and len(PAGES) == 12
+    assert all(f"({page.name})" in text for page in PAGES) and len(PAGES) == 14
 
 
 def test_an_excerpt_that_is_not_printed_is_found():

@@ -79,7 +79,7 @@ def test_the_ratio_of_a_four_bar():
 
 def test_a_differential_is_exactly_linear():
     a, lead = leg("differential_wrist"), 0.02 / (2 * np.pi)
-    q = np.random.default_rng(0).uniform([-0.1, -6], [0.1, 6], (20, 2))
+    q = np.concatenate([[[-0.1186179, -0.09507466]], np.random.default_rng(0).uniform([-0.1, -6], [0.1, 6], (19, 2))])  # the first begins with a long step
     assert_allclose(a.motors_of(q), np.stack([q[:, 1] - q[:, 0] / lead, q[:, 1]], axis=1), atol=1e-10)
     assert_allclose(a.jacobian(q), np.broadcast_to([[-lead, lead], [0, 1]], (20, 2, 2)), atol=1e-14)
     assert_allclose(a.jacobian_rate(q, [[0.3, 2.0]]), 0, atol=1e-12)
@@ -104,9 +104,9 @@ def test_identities_at_random_states(name):
     assert np.abs(m.loop_error(Q)).max() < 1e-12 and np.abs(np.einsum("nrv,nv->nr", m.loop_jacobian(Q), V)).max() < 1e-12
     power = (a.motor_efforts(q, v, acc) * a.motor_velocities(q, v)).sum(-1)
     assert_allclose(power, (m.without_loops().inverse_dynamics(Q, V, A) * V).sum(-1), rtol=1e-9, atol=1e-9)
-    if not a.equations.rods:  # with idle rods it refuses: the drives leave a freedom
-        drives = [m.joint(name).v_index for name in a.motors]
-        assert_allclose(a.motor_efforts(q, v, acc), m.inverse_dynamics(Q, V, A)[:, drives], rtol=1e-9, atol=1e-10)
+    drives = [m.joint(name).v_index for name in a.motors]
+    assert_allclose(a.motor_efforts(q, v, acc), m.inverse_dynamics(Q, V, A)[:, drives], rtol=1e-9, atol=1e-10)
+    assert_allclose(m.forward_dynamics(Q, V, m.inverse_dynamics(Q, V, A)), A, rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["two_rod_ankle", "three_rod_platform"])
@@ -152,6 +152,17 @@ def test_several_parts_at_once():
     assert_allclose(both.motor_efforts(q, v, acc)[:, 1], knee.motor_efforts([[0.5]], [[-2.0]], [[8.0]], both.state(q, v, acc))[:, 0], rtol=1e-10)
 
 
+def own_inverse_dynamics(a, q):
+    """The mechanism's efforts at its motors, none elsewhere, and its forces at the ends of rods."""
+    m, (v, acc) = a.model, np.random.default_rng(2).normal(size=(2, *q.shape))
+    Q, V, A = a.state(q, v, acc)
+    tau, drives = m.inverse_dynamics(Q, V, A), [m.joint(name).v_index for name in a.motors]
+    assert_allclose(tau[:, drives], a.motor_efforts(q, v, acc), rtol=1e-9, atol=1e-11)
+    assert not np.delete(tau, drives, axis=1).any()
+    forces = m.reactions(Q, V, A, joints=list(a.loops))[..., :3]
+    assert_allclose(np.linalg.norm(forces, axis=2), a.loop_forces(q, v, acc), rtol=1e-9)
+
+
 def test_rods_and_ankles_that_are_described_otherwise():
     """A ball of three hinges without masses between them, and an ankle whose cross is a universal joint: the map is the same."""
     text = (ROBOTS / "two_rod_ankle.urdf").read_text()
@@ -170,7 +181,9 @@ def test_rods_and_ankles_that_are_described_otherwise():
     welded = welded.replace("</robot>", '<joint name="weld" type="fixed"><parent link="rod_left"/><child link="bar"/></joint></robot>')
     light = re.sub(r'<link name="rod_right">.*?</link>', '<link name="rod_right"/>', welded, flags=re.DOTALL)
     for other in (welded, light):  # a rod without a mass is one by the loop that ends at it, and one whose mass and loop are at a link that is welded to it
-        assert [rod.link for rod in ksl.load_string(other).actuation(JOINTS["two_rod_ankle"]).equations.rods] == ["rod_left", "rod_right"]
+        found = ksl.load_string(other).actuation(JOINTS["two_rod_ankle"])
+        assert [rod.link for rod in found.equations.rods] == ["rod_left", "rod_right"]
+        own_inverse_dynamics(found, found.usable(3))
     a, b, c = (
         leg("two_rod_ankle"),
         ksl.load_string(hinges).actuation(JOINTS["two_rod_ankle"]),
@@ -180,6 +193,7 @@ def test_rods_and_ankles_that_are_described_otherwise():
     v, acc = np.random.default_rng(1).normal(size=(2, *q.shape))
     assert [rod.link for rod in b.equations.rods] == ["rod_left", "rod_right"]
     assert_allclose(b.motor_efforts(q, v, acc), a.motor_efforts(q, v, acc), rtol=1e-10, atol=1e-12)
+    own_inverse_dynamics(b, q)
     assert_allclose(ksl.load_string(welded).actuation(JOINTS["two_rod_ankle"]).motor_efforts(q, v, acc), a.motor_efforts(q, v, acc), rtol=1e-10, atol=1e-12)
     for other in (b, c):
         assert_allclose(other.motors_of(q), a.motors_of(q), atol=1e-12)
@@ -196,3 +210,16 @@ def test_another_assembly_by_its_start():
     assert abs(other - a.start).max() > 0.5
     assert_allclose(a.motors_of([0.0], start=other), other[m.joint("knee_motor").q_index], atol=1e-9)
     assert isinstance(m.actuation(["knee"], start=other), ksl.Actuation)
+
+
+def test_a_motion_of_motors_alone_has_the_efforts_of_the_map(tmp_path):
+    """Rods turn idly, so that two columns say where a mechanism of four freedoms is."""
+    a, t = leg("two_rod_ankle"), np.linspace(0, 1, 41)
+    theta = np.stack([0.2 * np.sin(3 * t), 0.1 * np.sin(4 * t)], axis=1)
+    (tmp_path / "motors.csv").write_text("time,motor_left,motor_right\n" + "".join(f"{x},{l},{r}\n" for x, (l, r) in zip(t, theta)))
+    motion = ksl.read_motion(a.model, tmp_path / "motors.csv")
+    columns = [[getattr(a.model.joint(name), index) for name in a.joints] for index in ("q_index", "v_index")]
+    q, v, acc = motion.q[:, columns[0]], motion.v[:, columns[1]], motion.a[:, columns[1]]
+    assert_allclose(a.joints_of(theta), q, atol=1e-9)
+    efforts = a.model.inverse_dynamics(motion.q, motion.v, motion.a)[:, [a.model.joint(name).v_index for name in a.motors]]
+    assert_allclose(efforts, a.motor_efforts(q, v, acc), rtol=1e-6, atol=1e-9)

@@ -4,10 +4,13 @@ import ctypes
 import re
 import shutil
 import subprocess
+from functools import cache
 
 import ksl
 import numpy as np
 import pytest
+from ksl.drivetrain.elimination import pivot_order
+from ksl.drivetrain.loop_rows import distances, rows_of_loops
 from numpy.testing import assert_allclose
 
 from examples import JOINTS, ROBOTS, leg
@@ -18,9 +21,14 @@ pytestmark = [
 ]
 
 
+@cache
+def code(a):
+    return a.c_code("ankle")
+
+
 def built(a, folder):
     """The functions of both directions, compiled without a warning, and the errors that the header states."""
-    files = a.c_code("ankle")
+    files = code(a)
     for name, text in files.items():
         (folder / name).write_text(text)
     sources = [folder / name for name in files if name.endswith(".c")]
@@ -53,11 +61,12 @@ def held_by_the_python_maps(a, folder):
     assert max(errors) < 1e-8
 
 
-@pytest.mark.parametrize("name", [name for name in JOINTS if name != "differential_wrist"])
+@pytest.mark.parametrize("name", JOINTS)
 def test_the_maps_of_the_examples(name, tmp_path):
     held_by_the_python_maps(leg(name), tmp_path)
 
 
+@cache
 def otherwise(kind):
     """The ankle with a universal joint, or three hinges, at the upper end of each rod, which then stay in the equations."""
     text = (ROBOTS / "two_rod_ankle.urdf").read_text()
@@ -81,29 +90,107 @@ def test_rods_that_stay_in_the_equations(kind, tmp_path):
     held_by_the_python_maps(otherwise(kind), tmp_path)
 
 
-def spatial(kind):
-    """Crank, rod and rocker in space; the rod's end is hinged to the rocker by the loop itself, or by a hinge of the tree, and the loop welds it."""
+HINGES = {"universal": 4, "cylindrical": 4, "planar": 3, "translation": 3}
+"""Equations of loops that aren't five: a chain has one coordinate more."""
+
+
+def spatial(kind, axis=(0, 1, 0), pitch=0.0):
+    """Crank, rod and rocker in space, which end at a loop of this kind; "pin": a weld behind a hinge of the tree."""
+    count = HINGES.get(kind, 5)
     b = ksl.Builder("spatial").add_link("ground")
     for name in ("crank", "rod", "tip", "rocker"):
         b.add_link(name, mass=0.3, center_of_mass=(0, 0.01, 0.02), inertia=np.eye(3) * 1e-3)
-    b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1)).add_joint("ball", "spherical", "crank", "rod", xyz=(0, 0.1, 0))
-    b.add_joint("C", "continuous", "rod", "tip", xyz=(0.05, 0.1, 0.2), axis=(1, 0, 0))
+    b.add_joint("A", "continuous", "ground", "crank", axis=(0, 0, 1))
+    if count > 3:
+        b.add_joint("ball", "spherical", "crank", "rod", xyz=(0, 0.1, 0))
+    else:
+        b.add_joint("cross", "universal", "crank", "rod", xyz=(0, 0.1, 0), axis=(0, 0.8, 0.6), axis2=(1, 0, 0))
+    b.add_joint("C", "continuous" if count > 4 else "fixed", "rod", "tip", xyz=(0.05, 0.1, 0.2), **({"axis": (1, 0, 0)} if count > 4 else {}))
     b.add_joint("E", "revolute", "ground", "rocker", xyz=(0.1, 0, 0.4), axis=(0, 0, 1), limits=(-0.4, 0.4))
     end, ball = (np.vstack([np.column_stack([np.eye(3), x]), [0, 0, 0, 1]]) for x in ((0.05, 0.1, 0.2), (0, 0.3, 0)))
-    if kind == "revolute":
-        return b.add_loop("D", kind, "tip", "rocker", end, ball, axis=(0, 1, 0)).build(drives=["A"])
-    b.add_link("pin").add_joint("P", "continuous", "rocker", "pin", pose=ball, axis=(0, 1, 0))
-    return b.add_loop("D", kind, "tip", "pin", end).build(drives=["A"])
+    if kind == "pin":
+        b.add_link("pin").add_joint("P", "continuous", "rocker", "pin", pose=ball, axis=axis)
+        return b.add_loop("D", "fixed", "tip", "pin", end).build(drives=["A"])
+    more = {"axis2": (1, 0, 0)} if kind == "universal" else {"pitch": pitch} if kind == "helical" else {}
+    return b.add_loop("D", kind, "tip", "rocker", end, ball, axis=None if kind == "translation" else axis, **more).build(drives=["A"])
 
 
-@pytest.mark.parametrize("kind", ["revolute", "fixed"])
-def test_loops_that_hold_directions(kind, tmp_path):
-    held_by_the_python_maps(spatial(kind).actuation(["E"]), tmp_path)
+KINDS = pytest.mark.parametrize(
+    "arguments",
+    [
+        ("revolute",),
+        ("pin",),
+        ("helical", (0, 1, 0), 0.03),
+        ("helical", (0, 1, 0), 0.0),
+        ("prismatic", (0.6, 0.64, 0.48)),
+        ("universal",),
+        ("cylindrical", (0.6, 0.64, 0.48)),
+        ("planar", (0.6, 0, 0.8)),
+        ("translation",),
+    ],
+    ids=lambda x: x[0] + ("" if x[2:] != (0.0,) else " without pitch"),
+)
+
+
+@KINDS
+def test_loops_of_every_kind(arguments, tmp_path):
+    held_by_the_python_maps(spatial(*arguments).actuation(["E"]), tmp_path)
+
+
+def rows_and_errors(a, Q):
+    """Rows of the loops of a map, with rods as distances, and what they are in numbers at a position of its tree: errors, and their Jacobian."""
+    tree = a.equations.tree
+    rods, balls, _ = distances(a.equations)
+    rows = rods + rows_of_loops(a.equations, a.start, [a.model.joint(name).child for name in balls])
+    links = {link for row in rows for link, _ in row.sides}
+    poses, jacobians = ({link: f(Q, link) for link in links} for f in (tree.frame_pose, tree.jacobian))
+    found = [row.numbers(poses, jacobians) for row in rows]
+    return rows, np.array([error for error, _ in found]), np.array([row for _, row in found])
+
+
+def rows_are_derivatives(a):
+    """Errors are zero where loops are closed, and there differences of them are the rows, along whatever all joints do; rows are as many, and independent, as the loops'."""
+    tree, G = a.equations.tree, a.equations.jacobian
+    for Q in a.state(a.usable(3, seed=7))[0]:
+        rows, errors, J = rows_and_errors(a, Q)
+        assert_allclose(errors, 0, atol=1e-12)
+        h, V = 1e-6, np.eye(tree.nv)
+        ahead, behind = (np.array([rows_and_errors(a, tree.integrate(Q, s * h * v))[1] for v in V]) for s in (1, -1))
+        assert_allclose(J, (ahead - behind).T / (2 * h), atol=1e-7)
+        assert np.linalg.matrix_rank(J, 1e-7) == len(rows)
+        motions = a.equations.motions(Q[None], a.equations.part.of_joints)[0]
+        assert_allclose(J @ motions, 0, atol=1e-10)
+        if not a.equations.rods:
+            assert len(rows) == np.linalg.matrix_rank(G(Q[None])[0], 1e-9)
+
+
+@KINDS
+def test_rows_of_loops_are_derivatives(arguments):
+    rows_are_derivatives(spatial(*arguments).actuation(["E"]))
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_rows_of_the_examples_are_derivatives(name):
+    rows_are_derivatives(leg(name))
+
+
+def test_pivots_are_large_in_their_rows_and_keep_their_signs():
+    """The small row is no reason, nor its scale; (0, 1) has both signs over the range, (1, 0) has one."""
+    A = np.array([[[0.1, 1.0], [2.0, 0.1]], [[0.1, -1.0], [3.0, 0.1]]])
+    for scale in (1.0, 1e-3, 1e3):
+        order = pivot_order(A * np.array([scale, 1.0])[:, None], A[0])
+        assert order.places == ((0, 1), (1, 0)) and order.least == (0.0, pytest.approx(2.0, rel=0.02))
 
 
 def test_a_rod_between_balls_is_one_equation():
-    assert "#define ROWS 2\n" in leg("two_rod_ankle").c_code()["leg_maps.c"]
-    assert "#define ROWS 8\n" in otherwise("three hinges").c_code()["leg_maps.c"]
+    """Its tree has no coordinates for it: those of the joints and motors are left."""
+    assert "double q[4]" in code(leg("two_rod_ankle"))["ankle_maps.c"]
+    assert "double q[10]" in code(otherwise("three hinges"))["ankle_maps.c"]
+
+
+def test_positions_that_are_out_of_the_range(tmp_path):
+    called, _ = built(leg("two_rod_ankle"), tmp_path)
+    assert [called("ankle_motors_of", x)[0] for x in ([0.0, 0.0], [0.0, 1.4], [0.0, 9.0], [np.nan, 0.0])] == [1, 0, 0, 0]
 
 
 def test_a_joint_that_is_its_own_motor(tmp_path):
@@ -111,8 +198,13 @@ def test_a_joint_that_is_its_own_motor(tmp_path):
     assert [x.tolist() for x in called("ankle_motors_of", [0.3])[1:]] == [[0.3], [[1.0]]]
 
 
-def test_what_has_no_code():
-    with pytest.raises(ValueError, match="loop joint screw is helical, and C of maps is made of loops that are spherical, revolute"):
-        leg("differential_wrist").c_code()
+def test_a_name_that_is_none_in_c():
     with pytest.raises(ValueError, match="2legs"):
         leg("two_rod_ankle").c_code("2legs")
+
+
+def test_names_of_links_are_free():
+    """Two that are the same in C, and characters of requests: no text has any of them."""
+    text = (ROBOTS / "two_rod_ankle.urdf").read_text()
+    named = text.replace("crank_left", "crank+:.l").replace("crank_right", "crank+:-l").replace("shank", " shank ")
+    assert ksl.load_string(named).actuation(JOINTS["two_rod_ankle"]).c_code("ankle") == code(leg("two_rod_ankle"))

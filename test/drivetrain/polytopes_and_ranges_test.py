@@ -1,5 +1,6 @@
 """Polytopes and boxes against linear programmes, and ranges against the geometry of rods."""
 
+import re
 from dataclasses import replace
 from itertools import product
 
@@ -8,7 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
-from examples import JOINTS, leg
+import ksl
+from examples import JOINTS, ROBOTS, leg
 from ksl.drivetrain.judged_limits import judged_limits
 from ksl.drivetrain.region import usable_ranges
 
@@ -91,6 +93,16 @@ def test_positions_are_used_a_little_away_from_where_efforts_have_no_bound(name)
         assert_allclose(found, ends + np.array([1, -1]) * back, atol=1e-12)
 
 
+def test_positions_are_used_within_limits_of_motors():
+    """Of the box of both joints' ranges, in whose corners a motor turns by the sum of what they turn it."""
+    text = (ROBOTS / "two_rod_ankle.urdf").read_text()
+    for side in ("left", "right"):
+        text = re.sub(rf'(<joint name="motor_{side}".*?<limit lower=)"[^"]*" upper="[^"]*"', r'\1"-0.2" upper="0.2"', text, count=1, flags=re.DOTALL)
+    a = ksl.load_string(text).actuation(JOINTS["two_rod_ankle"])
+    q = a.usable(100, seed=3)
+    assert 20 < len(q) < 80 and np.abs(a.motors_of(q)).max() <= 0.2 + 1e-9 and (np.abs(q).max(axis=0) > 0.12).all()
+
+
 def test_single_limits_are_those_of_polytopes_on_axes():
     """What a joint has alone: the box's side is no longer, and the polytope ends there."""
     a = leg("two_rod_ankle")
@@ -110,15 +122,47 @@ def test_limits_of_a_file_are_judged_by_the_least_that_motors_give(what):
     a = leg("two_rod_ankle")
     joint = a.model.joint("ankle_pitch")
     judge = lambda given: next(x for x in judged_limits(a, {"ankle_pitch": replace(joint, **{what: given})}) if x.what == what)
-    least, most = judge(1.0).least, judge(1.0).most
+    first = judge(1.0)
+    assert first.joint == "ankle_pitch"
+    least, most = first.least, first.most
     assert least < most
-    for given, judgement in (
-        (0.99 * least, "too small"),
-        (0.9995 * least, "true"),
-        (least, "true"),
-        (1.0005 * least, "true"),
-        ((least + most) / 2, "partly too large"),
-        (1.01 * most, "too large"),
-    ):
+    for given, judgement in ((0.99 * least, "too small"), (0.9995 * least, "true"), ((least + most) / 2, "partly too large"), (1.01 * most, "too large")):
         assert judge(given).judgement == judgement
-    assert {x.joint for x in judged_limits(a, {"ankle_pitch": joint})} == {"ankle_pitch"} and judged_limits(a, {}) == []
+    assert judged_limits(a, {}) == []
+    assert what not in [x.what for x in judged_limits(a, {"ankle_pitch": replace(joint, **{what: None})})]
+    text = (ROBOTS / "two_rod_ankle.urdf").read_text()
+    unbounded = re.sub(rf'(<joint name="motor_left".*?){what}="[^"]*"', r"\1", text, count=1, flags=re.DOTALL)
+    assert what not in [x.what for x in judged_limits(ksl.load_string(unbounded).actuation(JOINTS["two_rod_ankle"]))], "a motor has none"
+
+
+def test_limits_are_not_judged_from_a_start_beyond_them():
+    text = (ROBOTS / "four_bar_knee.urdf").read_text().replace('<limit lower="-0.4" upper="2.2"', '<limit lower="0.3" upper="2.2"')
+    a = ksl.load_string(text).actuation(["knee"])
+    rows = [row for row in judged_limits(a) if row.what in ("lower", "upper")]
+    assert [row.judgement for row in rows] == ["not judged"] * 2 and "is beyond the limit of knee_motor; take a map with start=" in rows[0].reason
+    assert "not judged" not in {row.judgement for row in judged_limits(a.model.actuation(["knee"], start=a.state([0.5])[0]))}
+
+
+def test_balls_that_end_ranges():
+    """A crank of the ankle swings its rod's upper ball by what the crank turns, less what the rod leans: at the end of the range the angle is the limit's."""
+    a, most = leg("two_rod_ankle"), 0.3
+    for ball, rod, carrier in (("ball_left_top", "rod_left", "crank_left"), ("ball_right_foot", "rod_right", "foot")):
+        b = a.model.actuation(a.joints, ball_limits={ball: most})
+        r = b.range("ankle_pitch")
+        assert (r.upper_by, r.upper_name) == ("limit", ball) and r.upper < a.range("ankle_pitch").upper
+        lines = []
+        for Q in (a.start, b.state([r.upper, 0])[0]):
+            along = b.swings[0].along
+            lines.append(a.model.frame_pose(Q, carrier)[:3, :3].T @ a.model.frame_pose(Q, rod)[:3, :3] @ along)
+        assert_allclose(np.arctan2(np.linalg.norm(np.cross(*lines)), np.dot(*lines)), most, rtol=1e-9)
+        assert b.range("ankle_pitch", limits=False) == a.range("ankle_pitch", limits=False)
+        assert b.range("ankle_roll", at=[r.upper + 0.1, 0]).upper_name == ball
+        assert np.abs(b.usable(60)[:, 0]).max() < r.upper < np.abs(a.usable(60)[:, 0]).max()
+        assert b.with_rotors.ball_limits == {ball: most}
+    for limits, said in (
+        ({"ankle_roll": 0.3}, "'ankle_roll' is no ball at the end of a rod of this mechanism: ball_left_foot, ball_left_top, ball_right_foot"),
+        ({"ball_left_top": 4}, "expected an angle"),
+        ([1], "expected"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            a.model.actuation(a.joints, ball_limits=limits)

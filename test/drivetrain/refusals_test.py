@@ -32,6 +32,8 @@ def test_motors_that_are_missing():
         m.with_drives(["motor_left"]).actuation(["ankle_pitch"])
     with pytest.raises(ValueError, match="motor_left, motor_right, ankle_pitch are 3 motors of 2 freedoms"):
         m.with_drives(["motor_left", "motor_right", "ankle_pitch"]).actuation(["ankle_pitch", "ankle_roll"])
+    with pytest.raises(ValueError, match="ankle_roll, motor_left have 3 coordinates, and the mechanism has 2 freedoms; name 2"):
+        m.with_drives(["motor_left", "motor_right", "ankle_pitch"]).actuation(["ankle_pitch", "ankle_roll", "motor_left"], sharing="limits")
     with pytest.raises(ValueError, match="joint 'hip_pitch': no motor moves it.* it lies in no loop"):
         model("four_bar_knee").with_drives(["knee_motor"]).actuation(["hip_pitch"])
 
@@ -43,6 +45,8 @@ def test_arguments():
         (lambda: a.motors_of([0.1]), r"q has shape \(1,\)"),
         (lambda: a.motors_of([0.0, 1.4], unreachable="zero"), "unreachable='zero'"),
         (lambda: a.state([0, 0], carrier=a.start), r"carrier: expected \(Q, V, A\)"),
+        (lambda: a.state([0, 0], carrier=list(a.state([0, 0]))), r"carrier: expected \(Q, V, A\)"),
+        (lambda: a.state([0, 0], carrier=a.state([0, 0])[:2]), r"carrier: expected \(Q, V, A\)"),
         (lambda: a.range("motor_left"), "joint='motor_left'; expected one of ankle_pitch, ankle_roll"),
         (lambda: a.reflected_inertia([0, 0], of="cranks"), "of='cranks'"),
         (lambda: a.motors_of([0, 0], start=a.start + np.eye(12)[0] * 0.1), "start is open"),

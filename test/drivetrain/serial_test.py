@@ -7,7 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import ksl
-from examples import JOINTS, leg, model
+from examples import JOINTS, ROBOTS, leg, model
+from ksl.drivetrain.least_squares import not_negative
 
 AT = {"two_rod_ankle": [0.1, -0.1], "four_bar_knee": [0.4], "differential_wrist": [0.02, 1.0], "three_rod_platform": [0.01, 0.05, -0.1]}
 
@@ -100,6 +101,31 @@ def test_the_closed_mechanism_as_mjcf(name, tmp_path):
     assert_allclose(again.without_loops().gravity_torque(Q), m.without_loops().gravity_torque(Q), atol=1e-10)
 
 
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
+@pytest.mark.parametrize("seed", range(6))
+def test_masses_are_those_of_least_squares(seed, scale):
+    """Conditions of Karush, Kuhn and Tucker: the gradient is a sum of the equations' rows and of pushes on numbers that are zero, which push up."""
+    rng = np.random.default_rng(seed)
+    A, b, equal = rng.normal(size=(40, 9)), scale * rng.normal(size=40), rng.normal(size=(3, 9))
+    right = equal @ np.maximum(scale * rng.normal(size=9), 0)
+    x = not_negative(A, b, equal, right)
+    assert_allclose(equal @ x, right, atol=1e-11 * max(scale, 1))
+    gradient, used = A.T @ (A @ x - b), x > 0
+    multipliers, *_ = np.linalg.lstsq(equal[:, used].T, gradient[used], rcond=None)
+    push = gradient - equal.T @ multipliers
+    assert x.min() == 0 and np.abs(push[used]).max() < 1e-9 * scale and push[~used].min() > 0
+    assert not_negative(A, b, np.ones((1, 9)), np.array([-scale])) is None, "sums of what is not negative"
+
+
 def test_loops_that_mjcf_lacks():
     with pytest.raises(ValueError, match="loop joint screw: MJCF has no constraint that is a helical joint"):
         ksl.mjcf.text(model("differential_wrist"))
+
+
+def test_a_robot_whose_file_has_its_floating_joint():
+    """As SDF files have: it isn't added once more."""
+    text = (ROBOTS / "two_rod_ankle.urdf").read_text()
+    root = model("two_rod_ankle").links[0].name
+    joint = f'<link name="map"/><joint name="floating_base" type="floating"><parent link="map"/><child link="{root}"/></joint></robot>'
+    serial = ksl.load_string(text.replace("</robot>", joint)).actuation(JOINTS["two_rod_ankle"]).serial_model()
+    assert [name for name in serial.joint_names if "float" in name] == ["floating_base"] and serial.nv == 8

@@ -35,7 +35,7 @@ class Writer:
 def stand_ins_end() -> Iterator[None]:
     """After the block, what the functions below have replaced is put back: other tests run in the same process."""
     from ksl.load_cases import provenance
-    from ksl.sizing import provenance as run
+    from ksl.sizing.catalogue import provenance as run
     from ksl.sweeps import local
     from ksl.viewer import export
 
@@ -50,7 +50,7 @@ def stand_ins_end() -> Iterator[None]:
 def same_date() -> None:
     """Gives all results the same date, so that two runs write the same bytes."""
     from ksl.load_cases import provenance
-    from ksl.sizing import provenance as run
+    from ksl.sizing.catalogue import provenance as run
 
     class Then(datetime):
         @classmethod

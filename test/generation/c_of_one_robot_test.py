@@ -1,13 +1,14 @@
 """Generated C: compiled by both compilers without a word, with the engine's bits, and never made of a robot's names."""
 
 import ctypes
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from generated_code import EXAMPLES, FLAGS, FOLLOWED, call, compiled, run
+from generated_code import EXAMPLES, FLAGS, call, compiled, run, spatial_four_bar
 
 import ksl
 from ksl.generation import c99, requests
@@ -91,36 +92,6 @@ def test_bytes_of_code_are_about_those_of_the_readme(ur5, tmp_path):
         assert 0.75 < found[name.strip("`")] / int(said) < 1.25, name
 
 
-@pytest.mark.parametrize(("scalar", "dtype"), [("double", np.float64), ("float", np.float32)])
-def test_mimic_joints_follow_to_the_bit(tmp_path, scalar, dtype):
-    m = ksl.load_string(FOLLOWED)
-    rows = {
-        "inverse_dynamics": "va",
-        "forward_dynamics": "vt",
-        "mass_matrix": "",
-        "mass_matrix_upper": "",
-        "solve_mass_matrix": "t",
-        "inverse_dynamics_derivatives": "va",
-        "reactions": "va",
-        "energy": "v",
-    }
-    ksl.generate(m, [*rows, "jacobian:l2"], tmp_path, name="p", scalar=scalar)
-    code, rng = compiled(tmp_path, "p"), np.random.default_rng(2)
-    for _ in range(20):
-        q, *rest = (rng.normal(size=2).astype(dtype) for _ in range(4))
-        named = dict(zip("vat", rest))
-        for row, inputs in rows.items():
-            expected = getattr(m, row)(q, *(named[x] for x in inputs))
-            expected = [np.asarray(x) for x in (expected if isinstance(expected, tuple) else (expected,))]
-            found = call(getattr(code, f"p_{row}"), (q, *(named[x] for x in inputs)), [max(1, x.size) for x in expected], dtype)
-            for x, y in zip(found, expected):
-                x = x.reshape(y.shape)
-                assert np.array_equal(*((np.triu(x), np.triu(y)) if row == "mass_matrix_upper" else (x, y))), row
-        assert np.array_equal(call(code.p_jacobian_l2, (q,), [12], dtype)[0].reshape(6, 2), m.jacobian(q, "l2"))
-    with pytest.raises(ValueError, match="mimic joints"):
-        ksl.generate(m, ["mass_matrix_inverse"], tmp_path / "out")
-
-
 def test_closed_mechanisms_have_the_bits_of_their_plan_or_nan(tmp_path):
     m, rng = ksl.load(EXAMPLES / "excavator.urdf"), np.random.default_rng(1)
     ksl.generate(m, ["inverse_dynamics", "forward_dynamics", "reactions", "bias", "frame_pose:bucket"], tmp_path, name="p", undetermined="least-norm")
@@ -148,14 +119,7 @@ def test_reactions_that_rigid_bodies_leave_open_are_refused_by_name(tmp_path):
     with pytest.raises(ValueError, match="fy, tx, tz of stick_hinge.*least norm"):
         ksl.generate(excavator, ["reactions:stick_hinge"], tmp_path / "out")
     assert not (tmp_path / "out").exists()
-    b = ksl.Builder("spatial_four_bar").add_link("base")
-    for name in ("crank", "rod", "rocker"):
-        b.add_link(name, 1.0, (0.1, 0, 0.02), np.diag([0.02, 0.03, 0.04]))
-    b.add_joint("drive", "revolute", "base", "crank", axis=(0, 0, 1))
-    b.add_joint("elbow", "universal", "crank", "rod", ksl.Pose.from_rpy((0.2, 0, 0)), axis=(0, 0, 1), axis2=(0, 1, 0))
-    b.add_joint("hinge", "revolute", "base", "rocker", ksl.Pose.from_rpy((0.5, 0, 0)), axis=(0, 1, 0))
-    b.add_loop("ball", "spherical", "rod", "rocker", ksl.Pose.from_rpy((0.3, 0, 0.3)), ksl.Pose.from_rpy((0, 0, 0.3)))
-    ksl.generate(b.build(drives=["drive"]), ["reactions", "inverse_dynamics"], tmp_path, name="p", arguments=["payload:rod"])
+    ksl.generate(spatial_four_bar(), ["reactions", "inverse_dynamics"], tmp_path, name="p", arguments=["payload:rod"])
     run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
     run(tmp_path / "test", cwd=tmp_path)
 
@@ -172,8 +136,8 @@ def test_names_of_a_file_never_become_code(tmp_path):
         builder.add_link(link, 1.0, (0.1, 0, 0), np.eye(3) * 0.1).add_joint(name, "revolute", parent, link, axis=(0, 0, 1))
         parent = link
     m = ksl.load_string(builder.build().to_urdf())
-    ksl.generate(m, ["inverse_dynamics", f"jacobian:{m.link_names[1]}"], tmp_path, name="p", lanes=4)
-    for file in ("p.h", "p.c", "p_test.c", "p_lanes.h", "p_lanes.c", "CMakeLists.txt", "library.json", "README.md"):
+    ksl.generate(m, ["inverse_dynamics", f"jacobian:{m.link_names[1]}"], tmp_path, name="p", lanes=4, cuda=True)
+    for file in ("p.h", "p.c", "p_test.c", "p_lanes.h", "p_lanes.c", "p.cuh", "p.cu", "CMakeLists.txt", "library.json", "README.md"):
         text = (tmp_path / file).read_text()
         assert text.isascii() and "\\\n" not in text and "??/" not in text and "<b>" not in text
     assert "system" not in (tmp_path / "CMakeLists.txt").read_text()
@@ -198,6 +162,7 @@ def test_names_of_a_file_never_become_code(tmp_path):
         (["velocity_jump"], {}, "external:LINK"),
         (["hybrid_dynamics"], {}, "hybrid_dynamics:JOINT"),
         (["mass_matrix"], {"name": "2p"}, "name='2p'"),
+        (["mass_matrix"], {"name": "p" * 32}, f"name='{'p' * 32}': is no name for C; expected at most 31 letters"),
         (["mass_matrix"], {"name": "while"}, "name='while'"),
         (["mass_matrix"], {"name": "a b"}, "name='a b'"),
         (["mass_matrix"], {"name": "math"}, "name='math'"),
@@ -226,7 +191,7 @@ def test_text_is_bounded(ur5, tmp_path, monkeypatch):
 
 def test_mechanisms_that_cannot_be_generated_are_refused_by_name(tmp_path):
     excavator = ksl.load(EXAMPLES / "excavator.urdf")
-    for asked, options, words in ((["inverse_dynamics_regressor"], {}, "closed mechanism"), (["forward_dynamics"], {"scalar": "float"}, "ask for double")):
+    for asked, options, words in ((["mass_matrix"], {}, "closed mechanism"), (["forward_dynamics"], {"scalar": "float"}, "ask for double")):
         with pytest.raises(ValueError, match=words):
             ksl.generate(excavator, asked, tmp_path / "out", **options)
     with pytest.raises(ValueError, match="no joint that moves"):
@@ -240,6 +205,7 @@ def test_files_of_others_stay(ur5, tmp_path):
     assert (tmp_path / "p.c").read_text() == "int mine;\n" and len(list(tmp_path.iterdir())) == 1
     ksl.generate(ur5, ["mass_matrix"], tmp_path, name="p", force=True)
     ksl.generate(ur5, ["mass_matrix"], tmp_path, name="p")  # its own
+    ksl.generate(ur5, ["mass_matrix"], tmp_path / "long", name="p" * 31)
 
 
 SMALL = {"pendulum": "revolute", "slider": "prismatic", "ball": "spherical"}
@@ -255,3 +221,7 @@ def test_small_robots_are_as_they_were(robot, tmp_path):
     text = (tmp_path / f"{robot}.c").read_text()
     body = text[text.index(f"void {robot}_inverse_dynamics") :]
     assert body == kept.read_text(), f"differs from {kept.name}"
+    header, readme = (tmp_path / f"{robot}.h").read_text(), (tmp_path / "README.md").read_text()
+    counts = [len(re.findall(pattern, body)) for pattern in (" [-+*/] ", "_sine_cosine", " / ", "sqrt")]
+    assert f" {counts[0]} operations" in header and f"_inverse_dynamics` | {' | '.join(map(str, counts))} | " in readme
+    assert ("| 2 | joint.wz |" in readme) == (robot == "ball") and "library computes one state of so large" not in readme

@@ -2,6 +2,7 @@
 
 import ctypes
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from ksl.base.errors import ArgumentError, CompilerError
 from ksl.generation import cache, compiled, compiler
 from ksl.generation.arguments import Arguments
 from ksl.generation.batches import source
+from ksl.generation.c99 import Printer
 from ksl.generation.requests import functions_of
 
 ROWS = [
@@ -55,7 +57,25 @@ def same(x, y):
 def test_only_what_stores_results_is_written(ur5, row, stores):
     """Of a symmetric matrix a table chooses which number goes where; all other results are in order."""
     text, _ = source(functions_of(ur5, [row], Arguments(()), False, "least-norm"), "k_", "double", 4)
-    assert [name for name in ("store", "store_chosen") if f"k_{name}(" in text] == [stores]
+    assert [name for name in ("store", "store_chosen") if f"k_{name}(" in text] == [stores] and "k_all(0.0)" in text
+    assert "k_all(0.0f)" in source(functions_of(ur5, [row], Arguments(()), True, "least-norm"), "k_", "float", 8)[0]
+
+
+def test_numbers_of_long_functions_are_in_the_callers_memory(ur5, monkeypatch):
+    """One array of six after the other."""
+    monkeypatch.setattr("ksl.generation.batches.MOST_LOCAL", 0)
+    for scalar, lanes, size in (("double", 4, 8), ("float", 8, 4)):
+        text, memory = source(functions_of(ur5, ["inverse_dynamics"], Arguments(()), scalar == "float", "least-norm"), "k_", scalar, lanes)
+        places = [int(place) for place in re.findall(r"memory \+ (\d+)", text)]
+        assert places == sorted(places) and set(places) == {*range(0, places[-1] + 6, 6)} and memory == [(places[-1] + 6) * lanes * size]
+    given = states(ur5, 33)
+    assert same(ur5.compile(["inverse_dynamics"]).inverse_dynamics(*given), ur5.inverse_dynamics(*given))
+
+
+def test_numbers_as_c_reads_them(ur5):
+    (function,) = functions_of(ur5, ["energy"], Arguments(()), False, "least-norm")
+    printed = [Printer(function.recording, "k_").literal(x) for x in (np.inf, -np.inf, np.nan, 1e-300, 1.5e-9, -2.0, 0.1)]
+    assert printed == ["(1.0 / 0.0)", "(-1.0 / 0.0)", "(0.0 / 0.0)", "1.0e-300", "1.5e-09", "(-2.0)", "0.1"]
 
 
 @pytest.mark.parametrize("name", ["clang", "gcc"])
@@ -153,18 +173,20 @@ def test_closed_mechanisms_take_the_pivots_of_the_state_where_those_of_the_code_
     given = {"given": m.independent(q[0])}
     v = np.stack([m.consistent_velocity(x, rng.normal(size=m.nv), **given) for x in q])
     a = np.stack([m.consistent_acceleration(x, y, rng.normal(size=m.nv), **given) for x, y in zip(q, v)])
-    fast = m.compile(["inverse_dynamics", "reactions", "forward_dynamics"])
-    for row in ("inverse_dynamics", "reactions", "forward_dynamics"):
+    rows = ("inverse_dynamics", "reactions", "forward_dynamics", "inverse_dynamics_regressor", "inverse_dynamics_derivatives")
+    fast = m.compile(rows)
+    for row in rows:
         assert same(getattr(fast, row)(np.array(q), v, a), getattr(m, row)(np.array(q), v, a)), row
     with pytest.raises(ValueError, match="mass_matrix"):
         m.compile(["mass_matrix"])
+    with pytest.raises(ValueError, match="forward_dynamics can't be generated in float for a closed mechanism; ask for double"):
+        m.compile(["forward_dynamics"], scalar="float")
 
 
 def test_what_is_not_compiled_is_refused_with_its_name(ur5):
-    floating = ksl.load(EXAMPLES / "ur5.urdf", floating_base=True)
     for m, row, sentence in (
         (ur5, "mass_matrix_upper", "unwritten"),
-        (floating, "integrate", "sines of the C library"),
+        (ksl.load(EXAMPLES / "four_bar_knee.urdf"), "reactions_derivatives:hip_pitch", "put together by the library"),
         (ur5, "vjp.energy", "ksl.generate"),
         (ur5, "inverse_dynamic", "did you mean inverse_dynamics"),
     ):
@@ -195,12 +217,14 @@ def test_the_cache_holds_what_was_compiled_and_only_the_users_own(ur5, tmp_path,
     monkeypatch.setattr(cache, "MOST_BYTES", 0)
     ur5.compile(["mass_matrix"])
     assert len(list((tmp_path / "code").glob(f"*{cache.SUFFIX}"))) == 1  # the oldest went
+    assert cache._is_whole(next((tmp_path / "code").glob(f"*{cache.SUFFIX}")))
     monkeypatch.setattr(cache.os, "getuid", lambda: 12345)
+    assert not cache._is_whole(next((tmp_path / "code").glob(f"*{cache.SUFFIX}")))
     with pytest.raises(CompilerError, match="belongs to somebody else"):
         ur5.compile(["energy"])
 
 
-@pytest.mark.parametrize(("mode", "stays"), [(0o700, True), (0o710, True), (0o740, True), (0o704, True), (0o720, False), (0o702, False)])
+@pytest.mark.parametrize(("mode", "stays"), [(0o700, True), (0o710, True), (0o740, True), (0o704, True), (0o701, True), (0o720, False), (0o702, False)])
 def test_a_cache_that_others_could_write_to_is_emptied(tmp_path, monkeypatch, mode, stays):
     monkeypatch.setenv("KSL_CACHE", str(tmp_path))
     (tmp_path / "code").write_text("")
@@ -208,16 +232,48 @@ def test_a_cache_that_others_could_write_to_is_emptied(tmp_path, monkeypatch, mo
     assert cache.cache_folder() == tmp_path and tmp_path.stat().st_mode & 0o777 == 0o700 and (tmp_path / "code").exists() == stays
 
 
+@pytest.mark.parametrize(("most", "but", "stay"), [(300, 2, "012"), (299, 2, "12"), (200, 2, "12"), (199, 2, "2"), (200, 0, "02")])
+def test_what_was_used_longest_ago_goes_first(tmp_path, monkeypatch, most, but, stay):
+    for k in range(3):
+        (tmp_path / f"{k}{cache.SUFFIX}").write_bytes(bytes(100))
+        (tmp_path / f"{k}.sha256").write_text("")
+        cache.os.utime(tmp_path / f"{k}{cache.SUFFIX}", (k, k))
+    monkeypatch.setattr(cache, "MOST_BYTES", most)
+    cache._forget_oldest(tmp_path, tmp_path / f"{but}{cache.SUFFIX}")
+    assert "".join(sorted(f.stem for f in tmp_path.glob(f"*{cache.SUFFIX}"))) == "".join(sorted(f.stem for f in tmp_path.glob("*.sha256"))) == stay
+
+
+def test_where_code_is_kept_and_how_it_is_compiled_on_each_system(monkeypatch):
+    home = cache.Path.home()
+    for system, variables, folder in (
+        ("linux", {}, home / ".cache/ksl/code"), ("linux", {"XDG_CACHE_HOME": "/c"}, "/c/ksl/code"), ("darwin", {"XDG_CACHE_HOME": "/c"}, home / "Library/Caches/ksl/code"),
+        ("win32", {}, home / "AppData/Local/ksl/code"), ("win32", {"LOCALAPPDATA": "/l"}, "/l/ksl/code"),
+    ):  # fmt: skip
+        monkeypatch.setattr(cache.sys, "platform", system)
+        monkeypatch.setattr(cache.os, "environ", {"HOME": str(home), **variables})
+        assert cache._usual() == cache.Path(folder)
+    wide = "-mprefer-vector-width=512"
+    for instructions, command, version, flags in (
+        ("x86-64-v4", "cc", "gcc 12", ["-march=x86-64-v4", wide]), ("x86-64-v3", "cc", "gcc 12", ["-march=x86-64-v3"]), ("neon", "cc", "gcc 12", []),
+        ("x86-64-v4", "ziglang", "clang 16", ["-mcpu=x86_64_v4", wide]), ("x86-64-v3", "cc", "zig cc 0.13", ["-mcpu=x86_64_v3"]),
+    ):  # fmt: skip
+        monkeypatch.setattr(compiler._core, "instruction_set", lambda now=instructions: now)
+        assert compiler.Compiler((command,), version).flags() == [*compiler.PLAIN, *flags]
+
+
 def test_without_a_compiler_it_says_what_brings_one(ur5, tmp_path, monkeypatch):
     with pytest.raises(CompilerError, match="no compiler 'no-such-cc'"):
         ur5.compile(["energy"], compiler="no-such-cc")
     with pytest.raises(CompilerError, match="seems to be no compiler"):
         ur5.compile(["energy"], compiler="false")
+    with pytest.raises(CompilerError, match="no compiler ' '"):
+        ur5.compile(["energy"], compiler=" ")
     broken = tmp_path / "cc"
-    broken.write_text("#!/bin/sh\n[ \"$1\" = --version ] && echo broken 1.0 && exit 0\necho 'no memory left' >&2\nexit 3\n")
-    broken.chmod(0o700)
-    with pytest.raises(CompilerError, match="(?s)ended with status 3 for .*failed-.*which is kept.*no memory left"):
-        ur5.compile(["energy"], compiler=str(broken))
+    for end, said in (("exit 3", "ended with status 3"), ("exit 0", "ended with status 0"), ("kill -9 $$", "was ended by signal 9")):
+        broken.write_text(f"#!/bin/sh\n[ \"$1\" = --version ] && echo broken 1.0 && exit 0\necho 'no memory left' >&2\n{end}\n")
+        broken.chmod(0o700)
+        with pytest.raises(CompilerError, match=f"(?s){said} for .*failed-.*which is kept.*no memory left"):
+            ur5.compile(["energy"], compiler=str(broken))
     monkeypatch.setenv("PATH", str(tmp_path / "nothing"))
     monkeypatch.setattr(compiler, "find_spec", lambda name: None)
     with pytest.raises(CompilerError, match=r"pip install 'ksl\[compile\]'"):

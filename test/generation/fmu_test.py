@@ -1,10 +1,12 @@
 """FMUs: their XML, instances and states, the bits of m.simulate and of the model's calls, and what importers say of them."""
 
 import ctypes
+import re
 import subprocess
 import sys
 import zipfile
 from itertools import pairwise
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,6 +15,10 @@ from fmu_instance import DISCARD, ERROR, NUMBER, OK, WARNING, Fmu, Instance
 from generated_code import EXAMPLES, FLAGS, FOLLOWED, run
 
 import ksl
+from ksl import generation
+from ksl.generation.arguments import Arguments
+from ksl.generation.fmus.open_states import open_states
+from ksl.generation.requests import functions_of
 from ksl.output import OutputError
 
 COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -55,13 +61,12 @@ def test_a_mechanism_in_motion_has_the_bits_of_simulate(ur5, arm, tmp_path, meth
     assert np.array_equal(rows, np.hstack([s.q, s.v, s.a, ur5.reactions(s.q, s.v, s.a).reshape(len(TIMES), -1)]))
 
 
-def test_joints_with_several_coordinates_agree_to_rounding(tmp_path):
+def test_joints_with_several_coordinates_have_the_bits_of_simulate(tmp_path):
     m = ksl.load(EXAMPLES / "ur5.urdf", floating_base=True).with_gravity((0, 0, -1))
     fmu, rng = Fmu(ksl.fmu(m, tmp_path, joints=[]), tmp_path / "unpacked"), np.random.default_rng(2)
     q, v, efforts = m.random(3), rng.normal(size=m.nv), rng.normal(size=m.nv)
     rows, s = moved(m, fmu, q, v, efforts), m.simulate(q, v, TIMES, efforts=efforts, method="rk4", step=FINE)
-    expected = np.hstack([s.q, s.v, s.a])
-    assert np.allclose(rows, expected, rtol=1e-11, atol=1e-11 * np.abs(expected).max()) and not np.allclose(rows[-1], rows[0], atol=0.01)
+    assert np.array_equal(rows, np.hstack([s.q, s.v, s.a])) and not np.allclose(rows[-1], rows[0], atol=0.01)
     units = [fmu.variables[f"floating_base.{end}"].get("unit") for end in ("x", "qw", "vx", "wx", "ax", "bx", "effort.fx", "effort.tx")]
     assert units == ["m", None, "m/s", "rad/s", "m/s2", "rad/s2", "N", "N.m"]
     one = Instance(fmu)
@@ -140,13 +145,120 @@ def test_a_given_motion_has_the_bits_of_the_calls(ur5, tmp_path):
 
 def test_closed_mechanisms_have_efforts_where_they_are_closed(tmp_path):
     m = ksl.load(EXAMPLES / "excavator.urdf")
-    with pytest.raises(ValueError, match="kind='forward': excavator has loops"):
-        ksl.fmu(m, tmp_path)
     fmu = Fmu(ksl.fmu(m, tmp_path, kind="inverse", undetermined="least-norm"), tmp_path / "unpacked")
     one, q, still = Instance(fmu), m.close(m.neutral()).q, np.zeros(m.nv)
     assert one.set(fmu.names("input"), [*q, *still, *still]) == OK
     assert np.array_equal(one.get(fmu.names("output")), [*m.inverse_dynamics(q, still, still), *m.reactions(q, still, still).flat])
     assert one.set(fmu.names("input"), [*(q + 0.3), *still, *still]) == OK and np.isnan(one.get(fmu.names("output"), WARNING)).any() and "open" in one.said[-1]
+
+
+@pytest.mark.parametrize(
+    ("robot", "method", "step", "within"),
+    [
+        ("excavator", "rk4", 1e-3, 1e-12),
+        ("excavator", "semi_implicit_euler", 1e-3, 1e-12),
+        ("differential_wrist", "rk4", 1e-3, 1e-12),  # a helical joint
+        ("two_rod_ankle, universal", "rk4", 1e-3, 1e-11),  # whose errors have another sign than their rates
+        ("two_rod_ankle", "rk4", 1e-3, 1e-11),  # quaternions
+        ("two_rod_ankle", "semi_implicit_euler", 1e-2, 1e-6),  # loops open by 1e-5 m in a step, whose square the nearest positions differ by
+    ],
+)
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_closed_mechanisms_move_as_simulate_moves_them(tmp_path, robot, method, step, within):
+    name, _, universal = robot.partition(", ")
+    text = (EXAMPLES / f"{name}.urdf").read_text(encoding="utf-8")
+    if universal:
+        text = re.sub(r'(<constraint .*)spherical("(?:.*\n)*?.*<parent_origin .*)', r'\1universal\2<parent_axis xyz="1 0 0"/><parent_axis2 xyz="0 1 0"/>', text)
+    m = ksl.load_string(text)
+    assert not universal or [loop.kind for loop in m.loops] == ["universal"] * 2
+    fmu = Fmu(ksl.fmu(m, tmp_path, method=method, joints=[], step=step), tmp_path / "unpacked")
+    q, rng = m.close(m.neutral()).q, np.random.default_rng(1)
+    v = m.consistent_velocity(q, 0.5 * rng.normal(size=m.nv), given=m.independent(q))
+    one, efforts = Instance(fmu), np.zeros(m.nv)
+    efforts[m.independent(q)[0]] = 0.1
+    assert np.array_equal(one.get(fmu.names("output")[: m.nq]), q)  # what it starts with is closed
+    assert one.set(fmu.names("parameter"), [step, *q, *v]) == OK and one.set(fmu.names("input"), efforts) == OK and one.begin() == OK
+    rows = [one.get(fmu.names("output"))]
+    for t, end in pairwise(TIMES):
+        assert one.step(t, end - t) == OK, one.said
+        rows.append(one.get(fmu.names("output")))
+    s = m.simulate(q, v, TIMES, efforts=efforts, method=method, step=step)
+    expected = np.hstack([s.q, s.v, s.a])
+    assert np.allclose(rows, expected, rtol=0, atol=within * np.abs(expected).max()) and np.abs(rows[-1] - rows[0]).max() > 1e-3
+    assert np.abs(m.loop_error([row[: m.nq] for row in rows])).max() < 1e-11
+
+
+def test_closed_mechanisms_say_what_keeps_them_from_moving(tmp_path):
+    m = ksl.load(EXAMPLES / "excavator.urdf")
+    fmu = Fmu(ksl.fmu(m, tmp_path, undetermined="least-norm"), tmp_path / "unpacked")
+    one, q = Instance(fmu), m.close(m.neutral()).q
+    outputs, start = fmu.names("output"), fmu.names("parameter")[1:]
+    assert np.array_equal(
+        one.get(outputs)[2 * m.nv :], [*(a := m.forward_dynamics(q, np.zeros(m.nv), np.zeros(m.nv))), *m.reactions(q, np.zeros(m.nv), a).flat]
+    )
+    assert one.set(start, [*(q + 0.1), *np.zeros(m.nv)]) == OK and np.isnan(one.get(outputs, WARNING)[2 * m.nv :]).all()
+    assert one.begin() == ERROR and "m.close" in one.said[-1]
+    assert one.set(start, [*q, *np.eye(m.nv)[0]]) == OK and one.begin() == ERROR and "m.consistent_velocity" in one.said[-1]
+    v = m.consistent_velocity(q, 10 * np.ones(m.nv), given=m.independent(q))
+    assert one.set(start, [*q, *v]) == OK and one.begin() == OK and one.step(0, 0.125) == DISCARD and "pivots are too small" in one.said[-1]
+    assert np.array_equal(one.get(outputs[: m.nq]), q)
+    for options, words in (
+        ({"scalar": "float", "joints": []}, "in float for a closed mechanism; ask for double"),
+        ({}, r"^joints: reactions: not determined by rigid bodies: .*; ask for joints all of whose components are, joints=\["),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ksl.fmu(m, tmp_path, **options)
+    with pytest.raises(ValueError, match="are not found in what was recorded"):
+        open_states(m, functions_of(m, ["energy"], Arguments(), False, "refuse")[0])
+
+
+CLOSED_NOWHERE = r"""
+#include <float.h>
+#include <math.h>
+#include <string.h>
+#define FMU_LOOPS 2
+#define FMU_NQ 1
+#define FMU_NV 1
+#define FMU_LENGTH 1.0
+#define FMU_ACCEPTED 1e-9
+#define FMU_CLOSED 1e-12
+#define FMU_RANK 1e-8
+static void fmu_opening(const double *q, const double *v, double *error, double *rate) {
+  error[0] = q[0], error[1] = 0, rate[0] = v[0], rate[1] = 0;
+}
+static void fmu_move(const double *q, const double *u, double *out) { out[0] = q[0] + u[0]; }
+#include "closing.h"
+int main(void) {
+  double none[1] = {0}, q[1] = {0.1}, v[1] = {2};
+  const double zero[1] = {0};
+  none[0] = HUGE_VAL - HUGE_VAL;
+  return !fmu_is_closed(zero, zero) + 2 * fmu_is_closed(none, zero) + 4 * fmu_is_closed(zero, none) + 8 * fmu_close(none, v) + 16 * !(fmu_close(q, v) && fabs(q[0]) < 1e-12 && v[0] == 2 - 2);
+}
+"""
+
+
+def test_what_is_no_number_is_not_closed(tmp_path):
+    """However small the errors are that come behind it."""
+    (tmp_path / "p.c").write_text(CLOSED_NOWHERE)
+    run("gcc", *FLAGS, f"-I{Path(generation.__file__).parent / 'fmus/fmi3'}", "p.c", "-o", "p", "-lm", cwd=tmp_path)
+    run(tmp_path / "p", cwd=tmp_path)
+
+
+def test_single_precision_has_the_bits_of_the_calls(ur5, tmp_path):
+    fmu = Fmu(ksl.fmu(ur5, tmp_path, kind="inverse", scalar="float"), tmp_path / "inverse")
+    q, v, a = np.random.default_rng(1).normal(size=(3, 6)).astype(np.float32)
+    one = Instance(fmu)
+    assert one.begin() == OK and one.set(fmu.names("input"), [*q, *v, *a]) == OK
+    assert np.array_equal(one.get(fmu.names("output")), [*ur5.inverse_dynamics(q, v, a), *ur5.reactions(q, v, a).flat])
+    assert one.set(["elbow"], [1e39]) == ERROR and "the FMU's precision" in one.said[-1]
+    fmu = Fmu(ksl.fmu(ur5, tmp_path, scalar="float", method="semi_implicit_euler", joints=[], force=True), tmp_path / "forward")
+    one, tau, h = Instance(fmu), np.array([1, -20, 3, 0.5, 0.2, 0.1], np.float32), np.float32(0.01)
+    assert one.set(fmu.names("parameter"), [h, *q, *v]) == OK and one.set(fmu.names("input"), tau) == OK and one.begin() == OK
+    assert one.step(0, 0.1) == OK  # ten steps, though 0.01 is rounded in single precision
+    for _ in range(10):
+        v = v + h * ur5.forward_dynamics(q, v, tau)
+        q = q + h * v
+    assert np.array_equal(one.get(fmu.names("output")), [*q, *v, *ur5.forward_dynamics(q, v, tau)])
 
 
 HOSTILE = ["time", "step", 'a"<b>&', "]]>", "a", "a.start", "unseen\u200b", "ü漢", '*/ #include "x"', "${x}", "x' y"]
@@ -173,15 +285,23 @@ def test_names_of_a_file_are_text_and_no_two_variables_have_one(tmp_path):
 def test_files_are_the_same_each_time_and_those_of_others_stay(ur5, tmp_path, monkeypatch):
     first, second = (ksl.fmu(ur5, tmp_path / f"{k}/arm.fmu", compiler="").read_bytes() for k in range(2))
     assert first == second
+    inside = zipfile.ZipFile(ksl.fmu(ur5, tmp_path / "whole.fmu", name="arm")).infolist()
+    assert {(i.filename.startswith("binaries/"), oct(i.external_attr >> 16), i.date_time) for i in inside} == {
+        (True, "0o755", (1980, 1, 1, 0, 0, 0)),
+        (False, "0o644", (1980, 1, 1, 0, 0, 0)),
+    }
     token = [
         ElementTree.fromstring(zipfile.ZipFile(ksl.fmu(ur5, tmp_path / f"{k}.fmu", compiler="", step=k)).read("modelDescription.xml")).get("instantiationToken")
         for k in (1, 2)
     ]
-    assert token[0] != token[1]
+    assert token[0] != token[1] and len(token[0]) == 34
     (tmp_path / "mine.fmu").write_text("mine")
     with pytest.raises(OutputError, match="--force"):
         ksl.fmu(ur5, tmp_path / "mine.fmu", compiler="")
     ksl.fmu(ur5, tmp_path / "mine.fmu", compiler="", force=True)
+    with monkeypatch.context() as elsewhere:  # on a processor that FMI has no name for
+        elsewhere.setattr("platform.machine", lambda: "sparc64")
+        assert not [name for name in zipfile.ZipFile(ksl.fmu(ur5, tmp_path / "mine.fmu", force=True)).namelist() if name.startswith("binaries")]
     monkeypatch.setenv("PATH", str(tmp_path))  # where no compiler is
     monkeypatch.setenv("KSL_CC", "")
     monkeypatch.setattr("ksl.generation.compiler.find_spec", lambda name: None)
@@ -202,6 +322,9 @@ def test_files_are_the_same_each_time_and_those_of_others_stay(ur5, tmp_path, mo
         ({"joints": ["elbo"]}, "did you mean 'elbow'"),
         ({"joints": ["elbow", "elbow"]}, "twice"),
         ({"undetermined": "some"}, "refuse or least-norm"),
+        ({"scalar": "half"}, "scalar='half': expected double or float"),
+        ({"scalar": "float", "step": 1.17e-38}, "step=1.17e-38: expected a time that single precision has"),
+        ({"scalar": "float", "step": 1.71e38}, r"step=1.71e\+38: expected a time that single precision has"),
     ],
 )
 def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, options, words):
@@ -218,6 +341,7 @@ def test_what_is_refused_is_named_and_nothing_written(ur5, tmp_path, options, wo
         (["--fmu", "inverse", "--algorithms", "bias"], "--algorithms: is not for an FMU"),
         (["--fmu", "inverse", "--lanes", "4"], "--lanes: is not for an FMU"),
         (["--algorithms", "bias", "--step", "0.1"], "--step: is for an FMU"),
+        (["--fmu", "inverse", "--step", "0.1"], "--step: is for --fmu forward"),
     ],
 )
 def test_the_command_says_which_option_is_wrong(tmp_path, arguments, words):

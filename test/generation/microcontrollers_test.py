@@ -13,10 +13,12 @@ import ksl
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench/embedded"))
-from programs import code_of, measured
+from measure import ALGORITHMS as LABELS
+from measure import PAGE, estimated, version
+from programs import code_of, measured, write
 from targets import TARGETS
 
-ALGORITHMS = ["inverse_dynamics", "frame_poses", "jacobian:tool0", "reactions", "gravity_torque"]
+ALGORITHMS = [name.replace("LINK", "tool0") for name in LABELS]
 MATHEMATICS = "#define INFINITY (1.0f / 0.0f)\n" + "".join(
     f"{t} {name}{f}({', '.join([t] * n)});\n" for name, n in (("sqrt", 1), ("fabs", 1), ("fma", 3), ("atan2", 2)) for t, f in (("double", ""), ("float", "f"))
 )
@@ -65,6 +67,17 @@ def test_emulated_processors_compute_the_bits_of_the_engine(ur5, tmp_path, name)
         m = found[f.name]
         assert f.recording.arithmetic < m.instructions < 3 * len(f.recording.operations) + 2 * sum(f.recording.sizes()) + 100 * f.recording.angles
         assert m.declared <= m.stack <= m.declared + 64  # -fstack-usage, and the library's conversion of large angles
+    page = PAGE.read_text(encoding="utf-8")
+    if version(f"{TARGETS[name].tools}gcc") not in page:
+        pytest.skip("the page's tables are of another compiler")
+    alone = code_of(ur5, "ur5", "float", ALGORITHMS[:1])
+    TARGETS[name].compile(write(alone, tmp_path / "alone"), tmp_path / "alone.o")
+    flash = TARGETS[name].flash(tmp_path / "alone.o")
+    assert 0.9 < flash / estimated(alone) < 1.4
+    for f, label in zip(code.functions, LABELS.values()):
+        rows = [line.split("|")[2:-1] for line in page.splitlines() if line.startswith(f"| UR5, {label}, float ")]
+        told = [int(row[list(TARGETS).index(name)].replace(",", "")) for row in rows]
+        assert [told[0], told[2]] == [found[f.name].instructions, found[f.name].stack] and (f.row != "inverse_dynamics" or told[1] == flash)
 
 
 def test_code_larger_than_the_flash_is_refused(ur5, tmp_path):
@@ -101,6 +114,7 @@ def test_the_estimate_is_near_what_gcc_makes(ur5, tmp_path, scalar, algorithm, s
     ksl.generate(ur5, [algorithm], tmp_path, name="p", scalar=scalar)
     said = (tmp_path / "README.md").read_text().split("takes about ")[1].split()[0]
     assert 0.9 < size / int(said.replace(",", "")) < 1.1
+    assert ("soft-float" in (tmp_path / "README.md").read_text()) is (scalar == "double")
 
 
 def test_the_manifest_compiles_the_source_alone(ur5, tmp_path):
@@ -108,5 +122,8 @@ def test_the_manifest_compiles_the_source_alone(ur5, tmp_path):
     manifest = json.loads((tmp_path / "library.json").read_text())
     assert manifest["name"] == "p" and manifest["headers"] == "p.h" and manifest["version"] == ksl.__version__
     assert manifest["build"] == {"srcDir": ".", "includeDir": ".", "srcFilter": "+<p.c>", "flags": ["-ffp-contract=off"]}
+    long = ksl.Builder("r" * 300).add_link("base").add_link("l", 1.0, (0.1, 0, 0)).add_joint("j", "revolute", "base", "l", axis=(0, 0, 1)).build()
+    ksl.generate(long, ["mass_matrix"], tmp_path / "long", name="p")  # names of 50 characters, descriptions of 255: platformio/assets/schema/library.json
+    assert len(json.loads((tmp_path / "long/library.json").read_text())["description"]) == 255
     ksl.generate(ur5, ["mass_matrix"], tmp_path, name="p", contract=True)
     assert json.loads((tmp_path / "library.json").read_text())["build"]["flags"] == []

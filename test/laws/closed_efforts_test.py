@@ -1,6 +1,7 @@
 """Efforts of more drives than freedoms, by weights; and forward dynamics that corrects errors of loops."""
 
 import pickle
+from functools import partial
 
 import ksl
 import numpy as np
@@ -36,24 +37,30 @@ def test_efforts_with_the_least_weighted_sum_of_squares(kind, seed):
         assert not np.delete(tau, columns).any()
 
 
-def spinning_rod(seed, drives, slender=False):
-    """Crank, rod between two balls, rocker; a plate on a second hinge of the crank.  The rod spins about itself, whatever the others do.  And a closed position."""
+def spinning_rod(seed, drives, slender=False, upper="spherical", beside=0.0):
+    """Crank, rod between two balls, rocker; a plate on a second hinge of the crank.  The rod spins about itself, whatever the others do.  And a closed position.
+
+    upper: the joint at the crank's end.  beside: how far the rod's mass is off its line.
+    """
     rng = np.random.default_rng(seed)
     axis, ball = rng.normal(size=3), rng.normal(size=3)
     b = ksl.Builder("spinning rod").add_link("ground")
     for name in ("crank", "rocker", "plate"):
         b.add_link(name, mass=1.0, center_of_mass=rng.normal(size=3), inertia=np.eye(3))
     along = np.outer(ball, ball) / (ball @ ball)
-    b.add_link("rod", mass=1.0, center_of_mass=ball / 2, inertia=0.1 * (np.eye(3) - along if slender else np.eye(3)))
-    b.add_joint("A", "revolute", "ground", "crank", axis=axis).add_joint("B", "spherical", "crank", "rod", xyz=rng.normal(size=3))
+    b.add_link("rod", mass=1.0, center_of_mass=ball / 2 + beside * np.cross(axis, ball), inertia=0.1 * (np.eye(3) - along if slender else np.eye(3)))
+    axes = {"axis": np.cross(axis, ball), "axis2": np.cross(np.cross(axis, ball), ball)} if upper == "universal" else {}
+    b.add_joint("A", "revolute", "ground", "crank", axis=axis).add_joint("B", upper, "crank", "rod", xyz=rng.normal(size=3), **axes)
     b.add_joint("D", "revolute", "ground", "rocker", axis=rng.normal(size=3), xyz=(3, 0, 0)).add_joint("F", "revolute", "ground", "plate", axis=axis)
     m = b.add_loop("weld", "fixed", "crank", "plate").build()
-    q = m.random(rng)
+    q = m.neutral()
+    for name, x in zip("AD", rng.uniform(-1, 1, 2), strict=True):
+        q[m.joint(name).q_index] = x
     q[m.joint("F").q_index] = q[m.joint("A").q_index]
     on_rod, on_rocker = np.eye(4), np.eye(4)
     on_rod[:3, 3], on_rocker[:3, 3] = ball, (np.linalg.inv(m.frame_pose(q, "rocker")) @ m.frame_pose(q, "rod") @ [*ball, 1])[:3]
     m = b.add_loop("C", "spherical", "rod", "rocker", on_rod, on_rocker).build(drives=drives)
-    assert m.mobility(q).mobility == 2 and np.abs(m.loop_error(q)).max() < 1e-12
+    assert m.mobility(q).mobility == 2 - (upper == "universal") and np.abs(m.loop_error(q)).max() < 1e-12
     return m, q
 
 
@@ -66,10 +73,59 @@ def refused(call, states, match):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_drives_that_are_many_and_leave_a_freedom(seed):
-    """What they move of the spin is rounding."""
-    m, q = spinning_rod(seed, ["A", "D", "F"])
+    """What they move of the spin is rounding.  Of a rod whose mass is to one side of its line it is a freedom like others; that of an even rod needs no effort unless something turns it."""
+    m, q = spinning_rod(seed, ["A", "D", "F"], beside=0.1)
     for call in (m.inverse_dynamics, m.reactions, m.effort_parts):
-        refused(call, (q, np.zeros(m.nv), np.zeros(m.nv)), "the drives leave a freedom")
+        refused(
+            call,
+            (q, np.zeros(m.nv), np.zeros(m.nv)),
+            "the drives leave a freedom, that of joint .*; link rod turns alone about a line of its own, and needs no drive if its mass is the same all round it",
+        )
+    m, q = spinning_rod(seed, ["A", "D", "F"])
+    v = m.consistent_velocity(q, np.ones(m.nv), given=["A"])
+    for call in (m.inverse_dynamics, m.reactions, m.effort_parts):
+        refused(lambda *x: call(*x, {"rod": np.broadcast_to([0, 0, 0, 0.1, 0.2, 0.3], (*x[0].shape[:-1], 6))}), (q, v, m.forward_dynamics(q, v, 0 * v)),
+                "the drives leave a freedom: link rod turns idly about its own line, by joint B, and this motion needs .* N m there")  # fmt: skip
+    tau = m.joint("A").v_index == np.arange(m.nv)
+    a, single = m.forward_dynamics(q, v, tau), m.with_drives(["A"])
+    close_to(single.inverse_dynamics(q, v, a), tau, 1e-9)
+    for call, state in (
+        (m.gravity_torque_regressor, (q,)),
+        (single.inverse_dynamics_derivatives, (q, v, a)),
+        (partial(single.reactions_derivatives, joints=["C"]), (q, v, a)),
+    ):
+        with pytest.raises(ksl.ResultError, match="link rod turns idly about its own line, by joint B; a universal joint"):
+            call(*state)
+
+
+@pytest.mark.parametrize("drives", [["A"], ["A", "D", "F"]])
+@pytest.mark.parametrize("seed", range(3))
+def test_an_idle_rod_is_that_of_a_universal_joint(seed, drives):
+    """Of a rod without inertia about its line it makes no difference which turns it: efforts, forces and accelerations are those of a universal joint in place of a ball."""
+    rng, results = np.random.default_rng(seed), []
+    motion = rng.normal(size=2)
+    for upper in ("spherical", "universal"):
+        m, q = spinning_rod(seed, drives, slender=True, upper=upper)
+        v, a = np.zeros((2, m.nv))
+        v[m.joint("A").v_index], a[m.joint("A").v_index] = motion
+        v = m.consistent_velocity(q, v, given=["A"])
+        a = m.consistent_acceleration(q, v, a, given=["A"])
+        tau = m.inverse_dynamics(q, v, a)
+        columns = [m.joint(name).v_index for name in "ADF"]
+        assert np.array_equal(m.inverse_dynamics(*(np.stack([x] * 3) for x in (q, v, a))), np.stack([tau] * 3)) and not np.delete(tau, columns).any()
+        close_to(tau @ v, m.without_loops().inverse_dynamics(q, v, a) @ v, 1e-9)
+        moved = m.forward_dynamics(q, v, tau)
+        jump = m.velocity_jump(q, {"crank": np.array([1.0, 2.0, 3.0, 0.3, 0.2, 0.1])})
+        forces = m.reactions(q, v, a, joints=["C"])[0, :3]
+        single = m.inverse_dynamics(*(x.astype(np.float32) for x in (q, v, a)))
+        close_to(single, tau, 1e-3)
+        results.append(
+            np.concatenate(
+                [tau[columns], moved[columns], jump[columns], forces, m.gravity_torque(q)[columns], m.bias(q, v)[columns] if len(drives) == 1 else []]
+            )
+        )
+        close_to(moved, a, 1e-9)  # which had no spin
+    close_to(results[0], results[1], 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -132,7 +188,7 @@ def test_a_root_that_floats_among_drives():
 @pytest.mark.parametrize("kind", ["f4", "f8"])
 @pytest.mark.parametrize("seed", range(8))
 def test_a_freedom_whose_inertia_is_rounding_moves_no_mass(seed, kind):
-    m, q = spinning_rod(seed, ["A"], slender=True)
+    m, q = spinning_rod(seed, None, slender=True)  # without drives no rod is known to be idle
     zero = np.zeros(m.nv, kind)
     for call in (m.forward_dynamics, lambda q, *_: m.velocity_jump(q, {"rod": np.ones(6, kind)})):
         refused(call, (q.astype(kind), zero, zero), "joint . moves no mass in the closed mechanism at this position")

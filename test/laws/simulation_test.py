@@ -328,6 +328,7 @@ def test_events_where_limits_throw_back(how):
 
 
 @ALL
+@pytest.mark.filterwarnings("error")
 def test_functions_of_the_user_are_events(how):
     m = slider([1, 0, 0])
 

@@ -21,7 +21,7 @@ template <class Call> std::string refusal_of(Call call) {
   return "accepted";
 }
 
-inline std::string refusal(const std::string &text, const urdf_options &options = {}) {
+inline std::string refusal(const std::string &text, const read_options &options = {}) {
   return refusal_of([&] { read_urdf_text(text, "r.urdf", options); });
 }
 

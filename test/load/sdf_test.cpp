@@ -12,11 +12,11 @@ using ksl::test::check_message;
 
 namespace {
 
-robot_description read(const std::string &text, const file_options &options = {}) {
+robot_description read(const std::string &text, const read_options &options = {}) {
   return read_robot_text(text, "r.sdf", options);
 }
 
-std::string refusal(const std::string &text, const file_options &options = {}) {
+std::string refusal(const std::string &text, const read_options &options = {}) {
   return test::refusal_of([&] { read(text, options); });
 }
 
@@ -105,7 +105,7 @@ TEST_CASE("a model floats on the world unless a joint connects it") {
   const std::string held = "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>a</child></joint>";
   const auto fixed = read(model(link("a") + held));
   CHECK(fixed.joints.size() == 1);
-  file_options floating;
+  read_options floating;
   floating.floating_base = true;
   CHECK(read(model(link("a")), floating).joints.size() == 1);
   check_message(refusal(model(link("a") + held), floating),
@@ -260,7 +260,7 @@ TEST_CASE("joints that mimic others") {
   CHECK(j.mimic->joint == "i");
   CHECK(j.mimic->multiplier == 2);
   CHECK(j.mimic->offset == 2);
-  CHECK(!joint_named(read(text, {true, false, false, {}}), "j").mimic);
+  CHECK(!joint_named(read(text, {.mimic_independent = true}), "j").mimic);
 }
 
 /// Two gears, a and b, on a carrier; `more` is beside a gearbox from a to b, or `of_gearbox` instead of what it has.
@@ -303,8 +303,8 @@ TEST_CASE("a gearbox couples the joints on its reference body, θ₂ = −ratio 
         -0.25);
 
   const std::string text = geared(on_carrier + ratio + axes_at_b("0 1 0", "0 0 1"));
-  CHECK(!joint_named(read(text, {true, false, false, {}}), "B").mimic);
-  check_said(read(text, {true, false, false, {}}).unused, {"joint g: gearbox", "a coordinate of its own"});
+  CHECK(!joint_named(read(text, {.mimic_independent = true}), "B").mimic);
+  check_said(read(text, {.mimic_independent = true}).unused, {"joint g: gearbox", "a coordinate of its own"});
   const std::string limited =
       "<axis><xyz>0 1 0</xyz><limit><lower>0</lower></limit></axis><axis2><xyz>0 0 1</xyz></axis2>";
   check_said(read(geared(on_carrier + limited)).unused, {"joint g: limit", "the joints that it couples"});
@@ -328,7 +328,7 @@ TEST_CASE("inertias: rotated, and missing") {
   CHECK(usual.links[1].inertia.Ixx == 1);
   check_said(usual.warnings, {"link a: no <inertial>", "1 kg", "write"});
   check_said(usual.warnings, {"link b (<inertia>)", "missing"});
-  file_options strict;
+  read_options strict;
   strict.strict = true;
   check_message(refusal(without, strict), {"link a: no <inertial>"});
 }
@@ -357,7 +357,7 @@ TEST_CASE("worlds, and files with several models") {
   CHECK(robot.gravity[2] == -1.6);
   check_said(robot.unused, {"model ground, static"});
   check_message(refusal(world(one + two)), {"several models, one, two", "model="});
-  file_options options;
+  read_options options;
   options.model = "two";
   CHECK(read(world(one + two), options).name == "two");
   options.model = "twp";
@@ -365,9 +365,9 @@ TEST_CASE("worlds, and files with several models") {
   check_message(refusal(world(ground)), {"no <model> that moves"});
   options.model = "ground";
   check_message(refusal(world(ground), options), {"static"});
-  check_message(test::refusal_of(
-                    [] { read_robot_text("<robot><link name=\"a\"/></robot>", "r.urdf", {false, false, false, "x"}); }),
-                {"only SDF files"});
+  check_message(
+      test::refusal_of([] { read_robot_text("<robot><link name=\"a\"/></robot>", "r.urdf", {.model = "x"}); }),
+      {"only SDF files"});
 }
 
 TEST_CASE("what is not used is listed") {
@@ -602,7 +602,7 @@ TEST_CASE("SDF: one limit alone, a name that begins as reserved ones do, and joi
       joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><upper>2</upper></limit></axis>")), "j");
   CHECK(upper.upper == 2.0);
   CHECK(link_name(read(model(link("__a"))), 1) == "__a"); // after the world
-  file_options floating;
+  read_options floating;
   floating.floating_base = true;
   CHECK(joint_named(read(joint(about_z), floating), "j").kind == joint_kind::revolute);
   check_message(
@@ -694,7 +694,7 @@ TEST_CASE("SDF: flags, poses, versions and worlds that are wrong, or unusual") {
                   {"in <world> is not read", "put the robot in a <model> of its own"});
   CHECK((read(world("")).gravity[2] == -9.81 && read(world("<gravity>1 2 3</gravity>")).gravity[0] == 1));
   const std::string nowhere = "<sdf version=\"1.10\"><world name=\"w\"/></sdf>";
-  check_message(refusal(nowhere, {false, false, false, "arm"}), {"no model \"arm\" in <world>", "there is none"});
+  check_message(refusal(nowhere, {.model = "arm"}), {"no model \"arm\" in <world>", "there is none"});
   check_message(refusal(nowhere), {"no <model> that moves in <world>"});
   for (const char *name : {"world", "a::b", "__a__"})
     check_message(refusal(model(link(name))), {"a name that SDF reserves"});

@@ -30,7 +30,7 @@ std::string sdf(const std::string &inside, const std::string &in_jb = "") {
          "</model></sdf>";
 }
 
-robot_description read(const std::string &text, const file_options &options = {}) {
+robot_description read(const std::string &text, const read_options &options = {}) {
   return read_robot_text(text, "r.xml", options);
 }
 std::string refusal(const std::string &text) {
@@ -67,14 +67,14 @@ TEST_CASE("unread: what names two links or two joints is refused") {
     for (const std::string &text : {urdf(each), sdf(each)}) {
       CAPTURE(text);
       check_message(refusal(text), {"r.xml:3: <", "names links a, b", "another machine", "--loops cut"});
-      file_options cut;
+      read_options cut;
       cut.cut_loops = true;
       CHECK(!read(text, cut).unused.empty());
     }
   for (const char *each : {"<gear joint1=\"ja\" joint2=\"jb\"/>", "<gear><of>ja</of><of>jb</of></gear>"})
     for (const std::string &text : {urdf(each), sdf(each)}) {
       check_message(refusal(text), {"r.xml:3: <gear> names joints ja, jb", "<mimic>", "--mimic independent"});
-      file_options independent;
+      read_options independent;
       independent.mimic_independent = true;
       CHECK(!read(text, independent).unused.empty());
     }
@@ -97,6 +97,12 @@ TEST_CASE("unread: what names two links or two joints is refused") {
   check_message(refusal(urdf("<gazebo>" + plugin("libweld.so", "<link1>a</link1><link2>b</link2>") + "</gazebo>")),
                 {"plugin \"p\" names links a, b"});
   check_message(refusal(urdf(control(param("gear", "ja")))), {"<param> names joints ja, jb"});
+}
+
+TEST_CASE("unread: a word that couples counts before one that joins none") {
+  for (const char *each : {"<gripper_mimic one=\"ja\" two=\"jb\"/>", "<actuator_coupling of=\"ja jb\"/>"})
+    for (const std::string &text : {urdf(each), sdf(each)})
+      check_message(refusal(text), {" names joints ja, jb"});
 }
 
 TEST_CASE("unread: what names two and joins none is listed") {
@@ -135,7 +141,7 @@ TEST_CASE("unread: mimics that are stated elsewhere") {
     const mimic_description *mimic = mimic_of(robot, "jb");
     REQUIRE(mimic);
     CHECK((mimic->joint == "ja" && mimic->multiplier == -2 && mimic->offset == 0.5 && !mimic_of(robot, "ja")));
-    file_options independent;
+    read_options independent;
     independent.mimic_independent = true;
     CHECK(!mimic_of(read(text, independent), "jb"));
   }
@@ -201,7 +207,7 @@ TEST_CASE("unread: Drake's ball constraints and springs") {
     CHECK((name(strut.link1) == "a" && name(strut.link2) == "b" && strut.point1.y == 2 && strut.point2.x == 4));
     CHECK((strut.numbers.free_length == 0.3 && strut.numbers.stiffness == 500 && strut.numbers.damping == 7 &&
            strut.name == "a_b_spring"));
-    file_options cut;
+    read_options cut;
     cut.cut_loops = true;
     CHECK(read(in_file(element("ball_constraint", ends, in_text)), cut).loops.empty());
     check_message(refusal(in_file(element("ball_constraint", {ends[0], ends[1]}, in_text))),

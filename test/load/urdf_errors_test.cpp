@@ -285,7 +285,7 @@ TEST_CASE("strict refuses the first inertias that no body can have") {
     text += "<link name=\"" + name + "\"><inertial><mass value=\"0\"/>" + unit + "</inertial></link>" +
             ends("j" + std::to_string(i), "l", name);
   }
-  urdf_options strict;
+  read_options strict;
   strict.strict = true;
   const std::string message = refusal(text + "</robot>", strict);
   check_message(message,

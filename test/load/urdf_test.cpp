@@ -16,7 +16,7 @@ std::string robot_with(const std::string &type, const std::string &joint, const 
          type + "\"><parent link=\"a\"/><child link=\"b\"/>" + joint + "</joint></robot>";
 }
 
-robot_description read(const std::string &text, const urdf_options &options = {}) {
+robot_description read(const std::string &text, const read_options &options = {}) {
   return read_urdf_text(text, "r.urdf", options);
 }
 
@@ -280,7 +280,7 @@ TEST_CASE("what is not used is listed, each kind once and in a fixed order") {
 }
 
 TEST_CASE("a mimic joint gets a coordinate of its own when that is asked for") {
-  urdf_options options;
+  read_options options;
   options.mimic_independent = true;
   const auto robot = read(robot_with("revolute", "<mimic joint=\"k\"/>"), options);
   check_unused(robot, {"joint j: mimic (the coupling is not applied: each has a coordinate of its own)"});
@@ -383,7 +383,7 @@ TEST_CASE("inertias that no body can have are warnings, or errors when strict") 
   REQUIRE(robot.warnings.size() == 1);
   CHECK(robot.warnings[0] ==
         "link a (line 2): principal moments 3, 1, 1: the largest exceeds the sum of the other two by 1");
-  urdf_options strict;
+  read_options strict;
   strict.strict = true;
   test::check_message(test::refusal(text, strict), {"r.urdf: link a (line 2): principal moments 3, 1, 1", "correct"});
 }

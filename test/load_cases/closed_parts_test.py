@@ -5,18 +5,22 @@ from types import SimpleNamespace
 import numpy as np
 import pyarrow as pa
 import pytest
-from linkages import FOURBAR, SLIDERCRANK
 
 import ksl
-from ksl.load_cases import holding, loop_motion, stops, undetermined
-from ksl.load_cases.closed_mechanism import mobility_at_home
+from ksl.load_cases import holding, loop_motion, undetermined
+from ksl.load_cases.case_files import stops
+from ksl.load_cases.case_result import compute
+from ksl.load_cases.closed_mechanism import closed_mechanism, mobility_at_home
 from ksl.load_cases.closed_poses import Reach, closed_pose, named_joints, reach_of
 from ksl.load_cases.computed_cases import ComputedCases
-from ksl.load_cases.load_case import Placement
+from ksl.load_cases.load_case import LoadCase, Placement
 from ksl.load_cases.passive_joints import passive, without_axial_effort
 from ksl.load_cases.ranking import severity
 from ksl.load_cases.reaction_joints import LoopJoint, has_drive, joint_named, reaction_joints, without_limits
 from ksl.mechanism.mechanism import Joint
+from ksl.motions.closing import Closing
+from ksl.motions.motion import Motion
+from linkages import FOURBAR, SLIDERCRANK
 
 
 @pytest.fixture
@@ -254,3 +258,24 @@ def test_points_about_which_is_looked_what_is_open():
     assert here == pytest.approx(np.array([[*force, 0, 0, 0]])) and turned_there[0, :3] == pytest.approx(link[:3, :3].T @ own[:3, :3] @ force)
     assert undetermined._point(model, None, (1, 2, 3), own).tolist() == [1, 2, 3]
     assert undetermined._axes(model, None, "world").tolist() == np.eye(3).tolist() and undetermined._axes(model, None, "hand") == pytest.approx(link[:3, :3])
+
+
+def test_closed_mechanisms_in_words(robot):
+    """The largest error of closure, its time, and its case where there are several; no closure where positions were not closed."""
+    m = robot(FOURBAR, drives=["A"])
+    q = m.close(m.neutral(), hold=["A"]).q[None]
+    cases = [
+        LoadCase(m, Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=x and Closing(("A",), *x, (), 1)), name=name)
+        for name, x in (("none", None), ("small", (1e-12, 0.25)), ("large", (3e-11, 0.75)))
+    ]
+    found = [closed_mechanism(some) for some in (cases[:1], cases[2:], cases)]
+    assert [(x.held, x.error, x.error_time, x.error_case) for x in found] == [((), 0.0, 0.0, ""), (("A",), 3e-11, 0.75, ""), (("A",), 3e-11, 0.75, "large")]
+    assert [dict(x.lines()).get("closure") for x in found] == [None, "largest error 3e-11 m, at 0.75 s", "largest error 3e-11 m, at 0.75 s of large"]
+    assert dict(found[1].lines()) | {"closure": ""} == {
+        "loops": "C, continuous, coupler → rocker", "freedoms": "1, driven by A", "positions": "given for A; all others follow", "redundant equations": "C: 3 of 5",
+        "stiffnesses": "none: all joints are rigid", "closure": "",
+    }  # fmt: skip
+    for drives, freedoms, brake, doubted in (("A", 1, False, 0), ("AD", 1, False, 1), ("AD", 2, False, 0), ("AD", 1, True, 0)):
+        motion = Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=Closing(("A",), 0.0, 0.0, (), freedoms))
+        doubts = compute(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brakes_from=0.0 if brake else 0.1)).doubts
+        assert len([line for line in doubts if line.startswith("A, D: 2 drives move 1 freedom: ")]) == len(doubts) == doubted

@@ -1,12 +1,15 @@
 """One pose at rest, and the worst pose within limits: closed forms of a planar two-link arm."""
 
+import math
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from hinged_rods import ROD, joint_of
 from ksl.load_cases import holding
-from ksl.load_cases.holding import worst_pose
+from ksl.load_cases.holding import WorstPose, _nearest, _range, worst_pose
 from ksl.load_cases.placement import Placement
 from ksl_command import run_ksl
 
@@ -207,3 +210,50 @@ def test_a_structure_holds_itself(robot, tmp_path):
 
 def test_drives_hold_what_has_some(arm):
     assert ksl.hold(arm).cases[0].kind == "held at rest by the drives"
+
+
+def test_ranges_that_are_searched():
+    """Both limits; a turn beside one of them, or about zero; slides need both."""
+    ranges = [_range(joint_of(**x)) for x in ({"lower": -1, "upper": 2}, {"lower": 1}, {"upper": 1}, {})]
+    assert ranges == [(-1, 2), (1, pytest.approx(1 + 2 * np.pi)), (pytest.approx(1 - 2 * np.pi), 1), (pytest.approx(-np.pi), pytest.approx(np.pi))]
+    assert _range(joint_of(kind="prismatic", angle=False, upper=1)) is None and _range(joint_of(kind="prismatic", angle=False, lower=0, upper=1)) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("refined", "ended", "agree", "skipped", "said", "converged"),
+    [
+        (0, 0, 0, 0, "no joint can move: there was nothing to search", True),
+        (0, 0, 0, 50, "no closed position within the limits was found from 50 random poses: this is the pose that was given; give limits of position that fit", True),
+        (9, 9, 2, 0, "2 of 9 searches, from the best of 50 random poses, came to this value", True),
+        (9, 7, 1, 3, "1 of 9 searches, from the best of 50 random poses, came to this value, 2 ended before a maximum; from 3 of the 50 no closed position was found within the limits, or none that the drives hold; "
+                     "there may be a worse pose: try other seeds", False),
+    ],
+)  # fmt: skip
+def test_how_far_a_search_came(refined, ended, agree, skipped, said, converged):
+    found = WorstPose(np.zeros(1), 1.0, 50, refined, ended, agree, skipped)
+    assert str(found) == said and found.converged == converged
+
+
+@pytest.mark.parametrize(("quantity", "value"), [("force", 2 * 9.81), ("moment", 9.81), ("fz", 2 * 9.81), ("fx", 0.0), ("axial_moment", 0.0)])
+def test_the_worst_of_every_quantity(robot, quantity, value):
+    """A rod that turns about the vertical: its weight acts 0.5 m off the axis in any pose."""
+    found = worst_pose(robot(ROD), "pin", quantity, Placement(), np.zeros(1), set())
+    assert found.value == pytest.approx(value, abs=1e-12) and found.refined > 0 and (value == 0 or found.agree == found.refined)
+
+
+@pytest.mark.parametrize(
+    ("pose", "nearest", "angle", "loses"),
+    [
+        (7.0, 7 - math.tau, True, 1.0), (13.0, 13 - 2 * math.tau, True, 1.0), (-6.0, math.tau - 6, True, 1.0), (-12.2, 2 * math.tau - 12.2, True, 1.0), (2.0, 2.0, True, 1.0),
+        (7.0, 7.0, False, 1.0), (7.0, 0.1, True, 0.9e-9), (7.0, 7 - math.tau, True, 1.1e-9), (19.5, 19.5 - 2 * math.tau, True, 1.0),
+    ],
+)  # fmt: skip
+def test_a_pose_without_needless_turns(pose, nearest, angle, loses):
+    """At most two turns less or more, within the bounds; and where the joint is, if that makes no more than a billionth less of the quantity."""
+    kind = {} if angle else {"kind": "prismatic", "angle": False}
+    size = lambda poses: 5 * np.where(np.abs(np.sin((poses[:, 0] - pose) / 2)) < 1e-9, 1.0, 1 - loses) if angle else 5 * np.where(poses[:, 0] == pose, 1.0, 0.0)
+    assert _nearest(np.array([pose]), np.array([0.1]), [(joint_of(**kind), (-20.0, 20.0))], size)[0] == pytest.approx(nearest)
+    assert _nearest(np.array([7.0]), np.array([0.1]), [(joint_of(), (5.0, 9.0))], size)[0] == 7, "beyond the bounds"
+    if angle and loses == 1:
+        nearer = _nearest(np.array([pose]), np.array([-3.0]), [(joint_of(), (-99.0, 99.0))], size)[0]
+        assert nearer == pytest.approx(min((pose + k * math.tau for k in (-2, -1, 0, 1, 2)), key=lambda x: abs(x + 3)))

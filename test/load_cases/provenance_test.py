@@ -4,6 +4,7 @@ import csv
 import hashlib
 import json
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,11 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
-from ksl.base.files_read import being_read, recorded
+from hinged_rods import LIMITS, ROD, joint_of
+from ksl.base.files_read import InputFile, being_read, recorded
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.provenance import Provenance, joint_description, provenance_of
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.mechanism.mechanism import Joint
 from ksl.motions.motion import Motion, complete
@@ -132,3 +135,30 @@ def test_a_free_fall_takes_no_power(robot, mass, dt):
                 curves.add(block)
             balance = curves.power_balance()
             assert balance is not None and balance.at_rest, (height, balance.largest_power, balance.round_off)
+
+
+@pytest.mark.parametrize(("count", "lines"), [(4, 4), (5, 1)])
+def test_many_files_are_one_line(count, lines):
+    files = [InputFile("mesh", f"{k}.stl", None if k == 0 else "00") for k in range(count)]
+    case = {"name": "a", "kind": "motion", "motion": "", "format": None, "samples": 3, "step": 0.5, "start": 0.0, "end": 1.0, "gravity": [0, 0, -9.81],
+            "payloads": [], "physics": [], "external": []}  # fmt: skip
+    said = Provenance("r", [], [case], files).lines()
+    assert [name for name, _ in said if name.startswith("mesh")] == (["mesh file"] * 4 if lines == 4 else ["mesh files"])
+    assert dict(said)["physics of joints"] == dict(said)["external wrenches"] == dict(said)["payloads"] == dict(said)["options"] == "none"
+    assert lines == 4 or dict(said)["mesh files"].endswith(f"from 0.stl to 4.stl, SHA-256 of their hashes {hashlib.sha256(b'00' * 4).hexdigest()}")
+    assert dict(said)["motion"] == "arrays, 3 samples, median step 0.5 s, from 0 s to 1 s"
+    assert [name for name, _ in Provenance("r", [], [case, case | {"name": "b"}]).lines()][:2] == ["case a", "case b"]
+    assert "what" not in dict(said) and dict(Provenance("r", [], [case | {"kind": "held at rest"}]).lines())["what"] == "held at rest"
+
+
+def test_a_case_as_it_is_described(robot):
+    m = robot(ROD)
+    for time, step in ((np.array([4.0]), 0.0), (np.array([4.0, 4.25, 5.0, 5.25]), 0.25)):
+        (case,) = provenance_of([LoadCase(m, Motion(time, *np.zeros((3, len(time), 1)), resolution=np.array([-0.5])))]).cases
+        assert (case["step"], case["samples"], case["start"], case["end"], case["resolution"]) == (step, len(time), 4.0, time[-1], {"pin": 0.5})
+
+
+def test_limits_of_zero_are_none_in_results():
+    said = joint_description(joint_of(lower=-1.0, upper=None, velocity=0.0, effort=5.0))
+    assert {key: said[key] for key in LIMITS} == {"lower": -1.0, "upper": None, "velocity": None, "effort": 5.0} and said["axis"] == [0, 1, 0]
+    assert joint_description(joint_of(velocity=2.0, effort=0.0))["effort"] is None and joint_description(replace(joint_of(), has_axis=False))["axis"] is None

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import ksl
+from hinged_rods import LIMITS, joint_of, use
 from ksl.load_cases.joint_limits import limits_of
 from ksl.load_cases.quantities import joint_loads, summarise
-from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
+from ksl.load_cases.verdict import Use, Verdict, not_given, number, percent, uses_of
 from ksl.mechanism.mechanism import Joint
 from ksl_command import run_ksl
 
@@ -88,8 +89,12 @@ def test_cases_are_merged():
 
 
 @pytest.mark.parametrize(
-    ("share", "text"), [(0, "0.0 %"), (1e-5, "<0.1 %"), (0.123, "12.3 %"), (1, "100.0 %"), (1.0001, "100.01 %"), (1.3, "130.0 %"), (260, "26,000 %")]
-)
+    ("share", "text"),
+    [
+        (0, "0.0 %"), (1e-5, "<0.1 %"), (0.00099, "<0.1 %"), (0.001, "0.1 %"), (0.123, "12.3 %"), (1, "100.0 %"), (1 + 0.9e-9, "100.0 %"), (1 + 1.1e-9, "100 %"),
+        (1.0001, "100.01 %"), (1.0004, "100.04 %"), (1.3, "130.0 %"), (9.994, "999.4 %"), (10, "1,000 %"), (260, "26,000 %"), (-0.5, "-50.0 %"),
+    ],
+)  # fmt: skip
 def test_percentages(share, text):
     assert percent(share) == text
 
@@ -163,3 +168,60 @@ def test_a_joint_that_rests_at_its_stop_needs_no_margin(begin, end, level):
     verdict = ksl.compute_loads(m, (t, (begin + (end - begin) * (3 * (t / 2) ** 2 - 2 * (t / 2) ** 3))[:, None])).verdict
     use = verdict.of("slide")["position"]
     assert use.level == level and use.rests == (begin == end) and ("where it rests" in str(use)) == (begin == end != 0.5)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "green", "amber"), [("position", 0.95, 0.9501), ("speed", 0.8, 0.8001), ("effort", 0.8, 0.8001), ("position", 0.0, 1 + 0.9e-9)]
+)
+def test_colours(quantity, green, amber):
+    assert [use(x, quantity).level for x in (green, amber, 1 + 0.9e-9, 1 + 1.1e-9)] == ["green", "amber", "amber", "red"]
+
+
+def test_what_is_said_of_several_cases_and_joints():
+    assert Verdict((use(0.4), use(1.5, case="b"))).headline == "pin uses 150.0 % of its effort limit (30 of 20 N m) at 0.5 s, case b"
+    assert Verdict((use(1.2), use(1.5, name="hip"))).headline == "hip uses 150.0 % of its effort limit (30 of 20 N m) at 0.5 s; 2 joints exceed limits"
+    assert use(1.5, "position", column="pin.x").exceeded == "pin: x 30 N m is beyond the effort limit 20 N m"
+    assert str(use(0.5, "position")) == "pin uses 50.0 % of its position range (10 N m, effort limit 20 N m) at 0.5 s"
+    both = Verdict((use(0.3), use(0.2, case="b"), use(0.9, name="hip"), use(0.1, "speed")))
+    assert {name: x.share for name, x in both.of("pin").items()} == {"effort": 0.3, "speed": 0.1}
+
+
+@pytest.mark.parametrize(("count", "said"), [(4, "a, b, c, d"), (5, "a, b, c, d and 1 more")])
+def test_names_in_a_sentence(count, said):
+    lacking = [joint_of(name, **LIMITS | {"effort": None}) for name in "abcde"[:count]]
+    line = f"no effort limit of {said} in the robot's file (or 0): not compared"
+    assert not_given([*lacking, joint_of("z", **LIMITS)]) == [line]
+    assert not_given([*lacking, joint_of("z", **LIMITS), joint_of("y")], drives=[*"abcde", "z"]) == [line], "y has no drive"
+    assert not_given(lacking) == ["no effort limit of any joint in the robot's file (or 0): not compared"]
+    assert not_given(lacking[:1]) == ["no effort limit of a in the robot's file (or 0): not compared"]
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "ends", "share", "value"),
+    [
+        (-1, 3, (0.0, 2.5), 0.75, 2.5), (-1, 3, (-0.8, 2.5), 0.9, -0.8), (None, 0.5, (0.0, 0.4), 0.9, 0.4), (None, 4, (0.0, 5.0), 1.25, 5.0),
+        (-2, None, (-2.5, 7.0), 1.25, -2.5), (0.25, None, (0.75, 7.0), 0.5, 0.75), (-1, 3, (-1.2, 3.4), 1.1, -1.2),
+    ],
+)  # fmt: skip
+def test_shares_of_positions(lower, upper, ends, share, value):
+    """Of a half range, or of one bound in units of its size, 1 rad at least; both where both are beyond."""
+    row = {"case": "c", "position_lowest": ends[0], "position_lowest_time": 0.0, "position_highest": ends[1], "position_highest_time": 1.0}
+    found = uses_of(joint_of(lower=lower, upper=upper), row, np.arange(2.0), np.zeros((2, 1)))
+    assert (found[0].share, found[0].value, found[0].case) == (pytest.approx(share), value, "c")
+    assert [x.which for x in found] == (["lower", "upper"] if ends == (-1.2, 3.4) else ["lower" if value in ends[:1] else "upper"])
+    assert found[-1].time == (0.0 if found[-1].which == "lower" else 1.0)
+
+
+def test_positions_of_a_joint_with_several_coordinates():
+    narrow = Joint("p", "planar", "a", "b", 3, 3, 0, 0, (0.0, 0.0, 1.0), limits=((0.5, 0.5), (None, None), (None, None)))
+    assert [x.share for x in uses_of(narrow, {"case": "c"}, np.arange(2.0), np.array([[0.5, 0, 0], [0.75, 0, 0]]))] == [1.25]
+    planar = Joint("p", "planar", "a", "b", 3, 3, 2, 2, (0.0, 0.0, 1.0), limits=((-1.0, 1.0), (None, None), (0.0, 4.0)))
+    q = np.zeros((3, 5))
+    q[:, 2:] = [[0, 0, 3.5], [0.2, 9, 0.5], [-0.9, 0, 1]]
+    found = [(x.column, x.share, x.value, x.time) for x in uses_of(planar, {"case": "c"}, np.arange(3.0), q)]
+    assert [x[0] for x in found] == ["p.x", "p.angle"] and [x[2:] for x in found] == [(-0.9, 2.0), (3.5, 0.0)]
+    assert [x[1] for x in found] == pytest.approx([0.9, 0.75])
+
+
+def test_numbers_of_a_row_that_are_zero_or_none():
+    assert [number({"x": x}, "x") for x in (0.0, None, 0.05, -3)] == [0.0, 0.0, 0.05, -3.0]

@@ -116,7 +116,7 @@ def test_batches_refuse_results_that_overwrite_what_is_still_to_be_read(library,
 
 @pytest.mark.parametrize("name", CALLS)
 def test_batches_refuse_what_is_not_there(library, panda, name):
-    """No array for one of those that a call needs.  A number that is none spoils its own state, as docs/c.md has it, and one that is too large is told."""
+    """No array for one of those that a call needs.  A number that is none spoils its own state, as docs/start/embedded.md has it, and one that is too large is told."""
     call = Batch(name, panda[0])
     for missing in ("model", *call.inputs, *(["links"] if "links" in dict(call.arguments) else [])):
         status, said = call.run(library, name, **{missing: None})

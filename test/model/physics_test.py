@@ -217,10 +217,20 @@ def test_a_table_without_physics_is_as_ever():
     assert json.loads(table.schema.metadata[b"ksl"])["cases"][0]["physics"] == []
 
 
-def test_what_hangs_on_a_rotor_is_not_left_without_a_link():
-    m = arm().build(physics="rotor bodies").with_frame("tip", "shoulder_rotor")
-    with pytest.raises(ksl.DescriptionError, match='its parent link "shoulder_rotor" is a rotor, which .* put the joint on another link'):
-        m.with_physics(None)
+def test_nothing_on_a_rotor_is_lost_or_moved_to_another_link_when_rotors_go():
+    m = arm().build(physics="rotor bodies")
+    for on_rotor, sentence in (
+        (
+            lambda: m.with_frame("tip", "shoulder_rotor"),
+            'joint "tip_joint": its parent link "shoulder_rotor" is a rotor, which .* put the joint on another link',
+        ),
+        (lambda: m.with_payload("shoulder_rotor", 5.0), 'link "shoulder_rotor" is a rotor, which .* put that on another link'),
+        (lambda: m.with_parameters({"elbow_rotor": np.r_[0, 0, 0, 0, 1, 0, 1, 0, 0, 1]}), 'link "elbow_rotor" is a rotor, which'),
+    ):
+        with pytest.raises(ksl.DescriptionError, match=sentence):
+            on_rotor().with_physics(None)
+    with pytest.raises(ksl.DescriptionError, match='link "shoulder_rotor" is the rotor of joint shoulder'):
+        m.with_root("shoulder_rotor")
 
 
 def test_rotors_cause_no_warning_of_their_own():

@@ -1,7 +1,8 @@
 """Mutated Python: every sign, operator, comparison and number of a module, all in one code object.
 
 A mutated expression `a + b` becomes a call that computes a − b if its mutant is active (mutants.py).  Operands are evaluated once, in order.
-What computes nothing is left out: annotations, defaults of arguments, decorators, bodies of classes, words of messages and `if TYPE_CHECKING`."""
+What computes nothing is left out: annotations, defaults of arguments, decorators, bodies of classes, words of messages and `if TYPE_CHECKING`.  So is
+what no result shows: a bound of rounding or of memory that is a tenth larger, the end of a slice behind which there is nothing, and what divides zeros."""
 
 import ast
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ COMPARED = {
     ast.Eq: [("==", "!=")], ast.NotEq: [("!=", "==")],
 }  # fmt: skip
 KINDS = {"+": "sign", "-": "sign"}
+ROUNDING = 1e-6  # numbers below are bounds of rounding: a tenth more is as good
+ENDS = (6, 12)  # of six-vectors and of poses: [3:6] and [3:12:4] end where these do
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class Mutator(ast.NodeTransformer):
         body = []
         for k, statement in enumerate(tree.body):
             self.statement = k if isinstance(statement, (ast.Assign, ast.AnnAssign)) else None
+            self.bound = self.is_bound(statement)
             body.append(self.visit(statement) if not self.is_quiet(statement) else statement)
         tree.body = body
         return ast.fix_missing_locations(tree)
@@ -53,6 +57,11 @@ class Mutator(ast.NodeTransformer):
         if isinstance(statement, ast.If):
             return "TYPE_CHECKING" in ast.unparse(statement.test)
         return not isinstance(statement, (ast.Assign, ast.AnnAssign, ast.FunctionDef, ast.ClassDef, ast.If))
+
+    def is_bound(self, statement):
+        """`MOST_BYTES = …`: so much is taken at most.  What is compared with it is mutated, and the number itself is not."""
+        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        return all(f"{name}_".startswith("MOST_") for target in targets for name in [x.id for x in ast.walk(target or ast.Name("")) if isinstance(x, ast.Name)])
 
     def new(self, node, kind, changes):
         code = " ".join((ast.get_source_segment(self.source, node) or "").split())
@@ -93,6 +102,15 @@ class Mutator(ast.NodeTransformer):
         node.value = self.visit(node.value)
         if not isinstance(node.slice, ast.Constant):
             node.slice = self.visit(node.slice)
+        return node
+
+    def visit_Slice(self, node):
+        """The end of a slice from a number on, as of [3:6], is left as it is where it is that of the array."""
+        ends = isinstance(node.lower, ast.Constant) and isinstance(node.upper, ast.Constant) and node.upper.value in ENDS
+        parts = ("lower", "step") if ends else ("lower", "upper", "step")
+        for name in parts:
+            if getattr(node, name) is not None:
+                setattr(node, name, self.visit(getattr(node, name)))
         return node
 
     def visit_BinOp(self, node):
@@ -145,6 +163,8 @@ class Mutator(ast.NodeTransformer):
     def visit_Constant(self, node):
         if isinstance(node.value, bool) or not isinstance(node.value, (int, float)) or (isinstance(node.value, int) and abs(node.value) < 3):
             return node
+        if self.bound or 0 < abs(node.value) < ROUNDING:
+            return node
         return self.call(node, "number", self.new(node, "number", ["a tenth more"]), node)
 
     def visit_keyword(self, node):
@@ -157,7 +177,18 @@ class Mutator(ast.NodeTransformer):
         """`significant(x, 3)` and the like only print."""
         if isinstance(node.func, ast.Name) and node.func.id in ("significant", "listed", "count", "print"):
             return node
+        if self.is_guard(node):
+            node.args[:2] = [self.visit(x) for x in node.args[:2]]
+            return node
         return self.generic_visit(node)
+
+    def is_guard(self, node):
+        """`np.where(size > 0, size, 1.0)`: the 1.0 divides what is zero."""
+        if not (isinstance(node.func, ast.Attribute) and node.func.attr == "where" and len(node.args) == 3 and isinstance(node.args[0], ast.Compare)):
+            return False
+        (condition, x, other), zero = node.args, node.args[0].comparators[0]
+        is_number = lambda of, number: isinstance(of, ast.Constant) and of.value == number
+        return ast.dump(condition.left) == ast.dump(x) and is_number(zero, 0) and is_number(other, 1)
 
     def visit_MatchValue(self, node):
         return node

@@ -35,7 +35,7 @@ KNOWN = {
     "load": [("src/load/sdf_values.cpp", "n[3] * unit", "* → /")],
     "batch": [("src/batch/batch.cpp", "row.request != request_kind::reactions", "!= → ==")],
     "sizing": [("python/ksl/sizing/motor.py", "T / ratio * factor", "* → /"), ("python/ksl/sizing/life.py", "0.47", "a tenth more")],
-    "load_cases": [("python/ksl/load_cases/case_file.py", "x * y - z * w", "- → +")],
+    "load_cases": [("python/ksl/load_cases/case_files/case_values.py", "x * y - z * w", "- → +")],
     "motions": [("python/ksl/motions/signal/rates.py", "cosine * x[:, 0] + sine * x[:, 1]", "+ → -")],
     "sweeps": [("python/ksl/sweeps/variants.py", "y * y + z * z", "+ → -")],
     "checks": [("python/ksl/checks/extent.py", "bounds[1] - bounds[0]", "- → +")],
@@ -74,9 +74,10 @@ IN_PYTHON = {
 """Tests that meet the mutated module, after the first program."""
 PYTHON = python_mutator.ROOMS
 BESIDE = {
-    "simulation": [f"test/laws/{name}_test.py" for name in ("simulation", "limits")],
+    "simulation": [f"test/{name}_test.py" for name in ("laws/simulation", "laws/limits", "engine/elements/force_elements")],
     "model": ["test/laws/section_test.py", "test/mechanism"],
     "drivetrain": ["test/report/actuation_report_test.py"],
+    "generation": ["test/drivetrain/c_maps_test.py", "test/drivetrain/compiled_maps_test.py"],
     "mechanism": [f"test/laws/{name}_test.py" for name in ("closed", "inverse_kinematics")] + ["test/engine/loops"],
 }
 """Tests of a room of Python that stand elsewhere."""

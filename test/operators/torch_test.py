@@ -139,7 +139,7 @@ def test_descent_along_a_closed_mechanism():
         d.gravity_torque(start + 0.1)
 
 
-def test_wrenches_that_do_not_fit():
+def test_wrenches_and_parameters_that_do_not_fit():
     m = robot_named("floating")
     d = ksl.torch.differentiable(m)
     q, v, a = given_to(m, "inverse_dynamics", requires_grad=False)
@@ -148,6 +148,13 @@ def test_wrenches_that_do_not_fit():
         d.inverse_dynamics(q, v, a, external={tip: torch.zeros(2, 3)})
     with pytest.raises(ValueError, match="no link|nobody"):
         d.inverse_dynamics(q, v, a, external={"nobody": torch.zeros(6, dtype=q.dtype)})
+    for parameters, said in (
+        ({tip: torch.zeros(2, 3)}, rf"inverse_dynamics: parameters\['{tip}'\] has shape \(2, 3\); expected \(…, 10\): m, m c, Ixx"),
+        ({"nobody": torch.zeros(10, dtype=q.dtype)}, "nobody"),
+        ({}, "inverse_dynamics: parameters names no link"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            d.inverse_dynamics(q, v, a, parameters)
     with pytest.raises(ValueError, match="external_axes='here'"):
         d.inverse_dynamics(q, v, a, external={tip: torch.zeros(6, dtype=q.dtype)}, external_axes="here")
     with pytest.raises(TypeError, match=r"different types: .*external torch.float32"):

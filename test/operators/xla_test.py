@@ -16,7 +16,8 @@ STRUCTS = {
     "metadata": ("XLA_FFI_Metadata", {"size": "struct_size", "api": "api_version", "traits": "traits"}),
     "with_metadata": ("XLA_FFI_Metadata_Extension", {"base": "extension_base", "of": "metadata"}),
     "error_arguments": ("XLA_FFI_Error_Create_Args", {"size": "struct_size", "message": "message", "of": "errc"}),
-    "functions": ("XLA_FFI_Api", {"size": "struct_size", "api": "api_version", "create_error": "XLA_FFI_Error_Create"}),
+    "functions": ("XLA_FFI_Api", {"size": "struct_size", "api": "api_version", "create_error": "XLA_FFI_Error_Create", "get_stream": "XLA_FFI_Stream_Get"}),
+    "stream_arguments": ("XLA_FFI_Stream_Get_Args", {"size": "struct_size", "context": "ctx", "stream": "stream"}),
     "buffer": ("XLA_FFI_Buffer", {"size": "struct_size", "type": "dtype", "data": "data", "rank": "rank", "shape": "dims"}),
     "scalar": ("XLA_FFI_Scalar", {"type": "dtype", "value": "value"}),
     "text": ("XLA_FFI_ByteSpan", {"first": "ptr", "length": "len"}),
@@ -36,10 +37,11 @@ STRUCTS = {
         },
     ),
 }
-WHOLE = {"extension", "version", "error_arguments", "buffer", "scalar", "text", "buffers", "attributes"}
+WHOLE = {"extension", "version", "error_arguments", "stream_arguments", "buffer", "scalar", "text", "buffers", "attributes"}
 """Structs that are embedded in others, or that we make: their sizes matter, too.  The others may grow at their ends."""
 CONSTANTS = {
     "xla::metadata_extension": "XLA_FFI_Extension_Metadata",
+    "xla::may_be_recorded": "XLA_FFI_HANDLER_TRAITS_COMMAND_BUFFER_COMPATIBLE",
     "xla::known_major": "XLA_FFI_API_MAJOR",
     "int(xla::code::invalid_argument)": "XLA_FFI_Error_Code_INVALID_ARGUMENT",
     "int(xla::code::internal)": "XLA_FFI_Error_Code_INTERNAL",

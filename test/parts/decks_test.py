@@ -1,5 +1,6 @@
 """Decks as solvers read them: all that they load a bar with sums up to nothing, in either units; how they hold it; what is refused."""
 
+import csv
 import re
 from dataclasses import replace
 
@@ -97,6 +98,8 @@ def test_what_holds_the_bar_is_just_enough(tmp_path):
     assert len(rows) == 6 and abs(np.linalg.det(rows)) > 1e-5 * SIZE[0] ** 2 * SIZE[1]
     on = {n for key, rows in found.items() if key.startswith("*NSET, NSET=ON_") for row in rows for n in row}
     assert not on & {row[0] for row in found["*BOUNDARY"]}
+    cards_of_nastran = [line.split()[1:] for line in deck_of(tmp_path, "nastran")[0].splitlines() if line.startswith("SPC1")]
+    assert cards_of_nastran == [["1", dof, node] for node, dof, _ in found["*BOUNDARY"]]
 
 
 def test_nodes_of_elements_go_on_behind_a_comma(tmp_path):
@@ -162,6 +165,7 @@ def test_a_mesh_of_another_mass_leaves_a_share_to_the_nodes_that_hold_it_or_is_r
     text, notes = deck_of(tmp_path, cases=heavy)
     left, largest = total(text, 1.0)
     assert np.abs(left).max() > 0.01 * largest and "three nodes hold up to" in notes[1] and "relief" in notes[1]
+    assert f"hold up to {np.linalg.norm(left[:3]):.3g} N and {np.linalg.norm(left[3:]):.3g} N m that" in notes[1]
     hinge, tip = (np.linalg.norm(w.wrench[:3]) for w in heavy[0].bodies["bar"].wrenches)
     assert f"of {max(hinge, tip):.4g} N at the joints" in notes[1]
     text, notes = deck_of(tmp_path, cases=heavy, relief=True)
@@ -188,6 +192,13 @@ def test_without_a_mesh_there_are_loads_alone(tmp_path):
         and "*ELEMENT" not in text
         and "*BOUNDARY" not in text
     )
+    rows = list(csv.DictReader(line for line in (tmp_path / "free_bodies.csv").read_text().splitlines() if line[0] != "#"))
+    assert list(rows[0]) == "case load_case link frame kind name time x y z fx fy fz tx ty tz undetermined".split() and [row["kind"] for row in rows[-2:]] == [
+        "gravity",
+        "inertia",
+    ]
+    x = np.array([[float(row[name]) for name in list(row)[7:16]] for row in rows])
+    assert np.abs(np.c_[x[:, 3:6], x[:, 6:] + np.cross(x[:, :3], x[:, 3:6])].sum(axis=0)).max() < 1e-10 and not x[-2:, :3].any()
     assert "SURFACE=SURFACE_HINGE" in text and "its forces need a mesh" in text and "without a mesh" in cases.deck_notes[0]
 
 

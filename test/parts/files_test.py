@@ -86,7 +86,8 @@ def test_tables_are_in_balance_and_say_units(folder, tmp_path):
 
 
 def test_a_frame_of_a_part_and_stress_factors_by_command(folder, tmp_path):
-    (tmp_path / "stress.toml").write_text("[panda_link3]\npanda_joint3 = [[0, 0, 0, 2e5, 0, 0], [0, 0, 0, 0, 3e5, 0]]\n")
+    wrenches = "[panda_link3]\npanda_joint3 = [[0, 0, 0, 2e5, 0, 0], [0, 0, 0, 0, 3e5, 0]]\n"
+    (tmp_path / "stress.toml").write_text(f"{wrenches}[[panda_link5.section]]\npoint = [0, 0, -0.1]\nnormal = [0, 0, 1]\nfactors = [[0, 0, 0, 1e6, 0, 0]]\n")
     done = run_ksl(
         "free-bodies",
         "results",
@@ -107,7 +108,12 @@ def test_a_frame_of_a_part_and_stress_factors_by_command(folder, tmp_path):
     x, y, z = plain.wrenches[0].wrench[:3]
     np.testing.assert_allclose(body["wrenches"][0]["wrench"][:3], [y, -x, z], atol=1e-9)
     np.testing.assert_allclose(body["wrenches"][0]["point"], [0, 0, -0.1], atol=1e-15)
-    assert body["frame"] == "part" and len(said["cases"]) == 4 and said["shares"]["stresses of panda_link3"] > 0.9
+    assert (
+        body["frame"] == "part"
+        and len(said["cases"]) == 5
+        and said["shares"]["stresses of panda_link3"] > 0.9
+        and said["shares"]["the section of panda_link5"] == 1
+    )
 
 
 def test_decks_of_earlier_runs_are_removed_and_files_of_others_are_not(folder, tmp_path):
@@ -134,20 +140,24 @@ def test_results_that_have_changed_are_refused(folder, tmp_path):
     other = (folder / "panda.urdf").read_text()
     heavy = tmp_path / "heavy.urdf"
     heavy.write_text(other.replace('<mass value="', '<mass value="1', 1))
-    (tmp_path / "gone").mkdir()
     with pytest.raises(
         ksl.MotionError, match=r"forces of the results differ by up to .* N at .* from what the robot file gives: .* have changed since; run `ksl loads` again"
     ):
         ksl.free_bodies(folder / "results", robot=heavy)
     with pytest.raises(ksl.MotionError, match=r"no robot file: .*absent.urdf; give it: robot= \(--robot\)"):
         ksl.free_bodies(folder / "results", robot=tmp_path / "absent.urdf")
-    with pytest.raises(ksl.MotionError, match=r"no wrenches.parquet there; give the folder that `ksl loads` has written"):
-        ksl.free_bodies(tmp_path / "gone")
     made = ksl.compute_loads(ksl.load_string(other), folder / "panda_pick.csv")
     made.write(tmp_path / "by_program")
     with pytest.raises(ksl.MotionError, match=r"the results name no robot file, since a program made the robot; give it"):
         ksl.free_bodies(tmp_path / "by_program")
     assert len(ksl.free_bodies(tmp_path / "by_program", times=[0.5], robot=folder / "panda.urdf")) == 1
+
+
+def test_a_folder_without_results_and_what_is_none(tmp_path):
+    with pytest.raises(ksl.MotionError, match=r"no wrenches.parquet there; give the folder that `ksl loads` has written"):
+        ksl.free_bodies(tmp_path)
+    with pytest.raises(ValueError, match="results is int; expected a run of ksl.compute_loads"):
+        ksl.free_bodies(3)
 
 
 def test_wrenches_that_a_file_of_load_cases_gives_are_read_again(folder, tmp_path):

@@ -123,12 +123,19 @@ def test_in_the_frame_of_a_part_all_is_the_same():
     """Power of every wrench under the body's motion doesn't depend on axes or origin."""
     rng = np.random.default_rng(4)
     m = random_tree(rng)
-    body = m.free_bodies(m.random(rng), rng.normal(size=m.nv), rng.normal(size=m.nv), {"l2": rng.normal(size=6)})[m.link_names[0]]
+    q, v, a = m.random(rng), rng.normal(size=m.nv), rng.normal(size=m.nv)
+    body = list(m.free_bodies(q, v, a, {"l2": rng.normal(size=6)}).values())[-1]
     pose = ksl.Pose.from_rpy((0.3, -0.2, 0.5), rpy=(0.3, 1.0, -0.4)).array_in()
     part = body.in_frame(pose)
     balanced({"part": part})
     R, p = pose[:3, :3], pose[:3, 3]
     np.testing.assert_allclose(part.center_of_mass, R.T @ (body.center_of_mass - p), atol=1e-15)
+    there = m.with_frame("part", body.link, pose)
+    moved = there.frame_acceleration(q, v, a, "part", kind="classical")
+    np.testing.assert_allclose(
+        [part.acceleration, part.angular_acceleration, part.angular_velocity], [moved[:3], moved[3:], there.frame_velocity(q, v, "part")[3:]], atol=1e-12
+    )
+    assert np.linalg.norm(part.acceleration) > 0.1 and part.mass == body.mass and part.frame == "part"
     slip, turn = rng.normal(size=(2, 3))  # a virtual motion of the body, in its own axes
     there = R.T @ (slip + np.cross(turn, p)), R.T @ turn
     pairs = [
@@ -138,7 +145,7 @@ def test_in_the_frame_of_a_part_all_is_the_same():
     ]
     for mine, theirs in pairs:
         np.testing.assert_allclose(mine[:3] @ there[0] + mine[3:] @ there[1], theirs[:3] @ slip + theirs[3:] @ turn, atol=1e-12)
-    with pytest.raises(ValueError, match=r"frame of l0 has shape \(3, 3\)"):
+    with pytest.raises(ValueError, match=r"frame of l6 has shape \(3, 3\)"):
         body.in_frame(np.eye(3))
 
 

@@ -115,6 +115,27 @@ def test_stresses_and_sections_need_few_cases(run):
     assert f"{cut.share:.2f} of whatever is linear" in cut.notes[0]
 
 
+def test_stresses_of_sections_beside_those_of_wrenches(run):
+    """The edge of a tube, N/A + M/W, needs the one sample where it is largest; share and beyond are those of section_wrench."""
+    link, point, normal, motion = "panda_link3", (0, 0, -0.1), (0, 0, 1), run.cases[0].motion
+    edge = np.array([0, 0, 1 / 8e-4, 0, 1 / 1.2e-5, 0])
+    states = motion.q, motion.resolved_v, motion.resolved_a
+    for more in ({}, {"share": 0.25}, {"beyond": ["panda_joint3"]}):
+        loads = run.model.section_wrench(*states, link, point, normal, **more)
+        (case,) = ksl.free_bodies(run, sections={link: [{"point": point, "normal": normal, "factors": edge, **more}]})
+        assert case.time == motion.time[np.abs(loads @ edge).argmax()] and case.why == ((f"the section of {link}", "extreme"),)
+    hinge = np.abs(run.model.reactions(*states, joints=["panda_joint6"])[:, 0, 3]).argmax()
+    both = ksl.free_bodies(
+        run, stress={"panda_link6": {"panda_joint6": [0, 0, 0, 1.0, 0, 0]}}, sections={link: [{"point": point, "normal": normal, "factors": edge, **more}]}
+    )
+    assert (
+        {c.time for c in both} == {case.time, motion.time[hinge]}
+        and list(both.shares) == ["stresses of panda_link6", f"the section of {link}"]
+        and both.share == 1
+    )
+    assert set(both[0].bodies) == {link, "panda_link6"}
+
+
 BAD = {
     "another instant": ({"instants": "peak"}, "instants='peak'; did you mean 'peaks'"),
     "two": ({"instants": "hull", "times": [1]}, "times and instants: each says which instants"),
@@ -122,6 +143,15 @@ BAD = {
     "a link": ({"links": ["panda_link33"]}, "links: panda: no link named 'panda_link33'; did you mean"),
     "a joint": ({"joints": ["elbow"]}, "joints: panda: no joint named 'elbow'"),
     "a section of no link": ({"sections": {"hand": [((0, 0, 0), (0, 0, 1))]}}, "sections: panda: no link named 'hand'"),
+    "a key of a section": ({"sections": {"panda_link3": [{"points": (0, 0, 0)}]}}, "a section has key='points'; did you mean 'point'"),
+    "a section without normal": ({"sections": {"panda_link3": [{"point": (0, 0, 0)}]}}, "a section without normal"),
+    "a section that is a number": ({"sections": {"panda_link3": [5]}}, r"5; expected \(point, normal\), or a mapping"),
+    "a section without a list": ({"sections": {"panda_link3": {"point": (0, 0, 0)}}}, r"expected a list of \(point, normal\)"),
+    "a section of three": ({"sections": {"panda_link3": [(0, 0, 1)]}}, r"expected \(point, normal\), or a mapping"),
+    "factors of a section": (
+        {"sections": {"panda_link3": [{"point": (0, 0, 0), "normal": (0, 0, 1), "factors": [1, 2]}]}},
+        "the section of panda_link3: its factors have shape",
+    ),
     "factors": ({"stress": {"panda_link3": [1, 2]}}, r"expected \(stresses, 12\): six factors for each of panda_joint3, panda_joint4"),
     "a wrench": ({"stress": {"panda_link3": {"x": [1] * 6}}}, "stress of panda_link3: no wrench named 'x'"),
     "none": ({"instants": "hull", "most": 0}, "most=0; expected a number of cases"),

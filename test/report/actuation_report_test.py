@@ -98,6 +98,17 @@ def test_the_page_and_the_models(knee):
     assert len(ET.parse(folder / "out" / "closed.xml").findall(".//equality/connect")) == 2
 
 
+def test_a_start_where_the_neutral_position_is_beyond_a_limit(knee, tmp_path):
+    folder, _ = knee
+    text = (folder / "knee.urdf").read_text()
+    (tmp_path / "bent.urdf").write_text(text.replace('lower="-0.05" upper="2.2"', 'lower="0.3" upper="1.2"'))
+    done = run_ksl("actuation", tmp_path / "bent.urdf", "--joints", "knee", "--start", "knee=40deg", "--json", "-o", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert {row["judgement"] for row in json.loads(done.stdout) if row["what"] in ("lower", "upper")} == {"true"}
+    run, m = ksl.compute_actuation(tmp_path / "bent.urdf", ["knee"], start={"knee": 0.7}), ksl.load(tmp_path / "bent.urdf")
+    assert abs(run.at[0] - 0.7) < 1e-12 and m.close(run.actuation.start).error < 1e-12
+
+
 def test_refusals(knee, tmp_path):
     folder, _ = knee
     for arguments, said in (
@@ -105,6 +116,8 @@ def test_refusals(knee, tmp_path):
         (["--joints", "knee", "--at", "0.1,0.2"], "--at"),
         (["--joints", "knee", "--limits", "worst"], "--limits worst: expected one of 'safe', 'mean'"),
         (["--joints", "knee", "--at", "1.6"], "motors pull the other way there than at the start"),
+        (["--joints", "knee", "--start", "elbow=1"], "start: pose: no joint or column 'elbow'"),
+        (["--joints", "knee", "--start", "knee=1", "--start", "knee=2"], "--start: a joint is given twice"),
         (["--joints", "knee", "--check", str(ROBOTS / "ur5.urdf")], "has none of the joints knee"),
     ):
         done = run_ksl("actuation", folder / "knee.urdf", *arguments, "-o", tmp_path / "out")

@@ -105,3 +105,17 @@ def test_joints_that_close_loops_have_frames(tmp_path, examples):
     state = found["/joint_states"][0][1]
     efforts = dict(zip(state.name, state.effort))
     assert np.isnan(efforts["boom_foot"]) and efforts["boom_cylinder"] != 0 and np.isfinite(dict(zip(state.name, state.position))["boom_rod_eye"])
+
+
+def test_a_joint_that_closes_a_loop_and_is_called_as_a_link(tmp_path, examples):
+    """Its frame has a name of its own, and the link stays where it is."""
+    import pyarrow as pa
+
+    t = np.arange(8.0)
+    (tmp_path / "robot.urdf").write_text((examples / "robots/excavator.urdf").read_text().replace("boom_rod_eye", "boom"))
+    done = ksl.compute_loads(tmp_path / "robot.urdf", pa.table({"time": t} | {f"{name}_cylinder": 0.5 + 0.01 * t for name in ("boom", "stick", "bucket")}))
+    done.write(tmp_path / "out", mcap=True)
+    found = messages(tmp_path / "out/wrenches.mcap")
+    (at,) = [x.transform.translation for x in found["/tf"][3][1].transforms if x.child_frame_id == "boom"]
+    assert np.allclose([at.x, at.y, at.z], done.cases[0].model.frame_poses(done.cases[0].motion.q[3], ["link:boom"])[0, :3, 3], atol=1e-12)
+    assert {x.header.frame_id for _, x in found["/wrench/boom"]} == {"boom_joint"}

@@ -51,7 +51,7 @@ OPTIONS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "--mimic": (["--mimic", "independent"], ["mimic independent"], ["follows"]),
 }  # fmt: skip
 SILENT = {
-    "motion", "output", "deflection", "csv", "xlsx", "mcap", "mat", "json", "pdf", "paper", "fail_on", "force", "on_link", "model_name", "xacro", "package", "topic", "robot",
+    "motion", "output", "deflection", "csv", "xlsx", "mcap", "mat", "rrd", "json", "pdf", "paper", "fail_on", "force", "on_link", "model_name", "xacro", "package", "topic", "robot",
 }  # fmt: skip
 """Options that say where results go, or how a file is read whose kind isn't here: other tests have them."""
 

@@ -72,6 +72,13 @@ def test_two_connects_are_a_revolute_joint():
     assert [(x.name, x.kind) for x in apart.loops] == [("pin_1", "spherical"), ("pin_3", "spherical")]
 
 
+def test_connects_of_three_bodies_are_two_joints():
+    """Of the first body with each of the others, as far from each other as points of one axis would be."""
+    bodies = "".join(f'<body name="{n}"><freejoint/><geom size="0.1"/><site name="{n}0"/><site name="{n}1" pos="0 0 1"/></body>' for n in "abc")
+    m = ksl.load_string(robot(bodies, '<connect name="p" site1="a0" site2="b0"/><connect name="q" site1="a1" site2="c1"/>'))
+    assert [(x.name, x.kind) for x in m.loops] == [("p", "spherical"), ("q", "spherical")]
+
+
 def test_actuators_name_the_drives():
     connect = '<connect body1="a" body2="b" anchor="0.5 0.25 0"/>'
     follows = '<joint joint1="jb" joint2="ja" polycoef="0 2 0 0 0"/>'
@@ -93,6 +100,8 @@ def test_actuators_name_the_drives():
         for m in (ksl.load_string(robot(stack, connect, f"<actuator>{x}</actuator>")) for x in ("", '<motor joint="jc"/>'))
     ]
     assert kinds == [["revolute", "universal"], ["revolute"] * 3]
+    coupled = ksl.load_string(robot(stack, '<joint joint1="jc" joint2="ja"/>'))
+    assert (coupled.joint_names, coupled.follower_names) == (["ja", "jb"], ["jc"])
 
 
 def test_constraints_that_are_turned_off():
@@ -122,9 +131,9 @@ LINES = {
 }
 
 
-def tied_at_two_points(along_a: np.ndarray, along_b: np.ndarray, order: str) -> str:
+def tied_at_two_points(along_a: np.ndarray, along_b: np.ndarray, order: str, size: float = 1.0) -> str:
     """Bodies that two `connect` of sites tie: the line through the sites has these directions on them."""
-    a1, b1 = np.array((0.4, -0.3, 0.2)), np.array((-0.7, 0.1, 0.6))
+    a1, b1 = size * np.array((0.4, -0.3, 0.2)), size * np.array((-0.7, 0.1, 0.6))
     sites = {"a": (a1, a1 + along_a), "b": (b1, b1 + along_b)}
     bodies = ""
     for body, points in sites.items():
@@ -160,12 +169,13 @@ def test_constraints_without_a_name_are_told_by_their_place():
         ksl.load_string(robot(bodies, f'<weld body1="j" body2="k" active="false"/>{coupled}'))
 
 
-@pytest.mark.parametrize(("longer", "folds"), [(1 + 1e-8, True), (1 - 1e-8, True), (1 + 1e-5, False), (1 - 1e-5, False), (1e-9, False)])
+@pytest.mark.parametrize("size", [1.0, 1e-7])
+@pytest.mark.parametrize(("longer", "folds"), [(1 + 1e-8, True), (1 - 1e-8, True), (1 + 1.05e-6, False), (1 - 1e-5, False), (1e-9, False)])
 @pytest.mark.filterwarnings("ignore:equality constraints p1 and p2 connect")
-def test_points_at_other_distances_stay_two_joints(longer, folds):
+def test_points_at_other_distances_stay_two_joints(longer, folds, size):
     """A revolute joint would ask for another distance; where both are one point there is no line."""
-    along = np.array((0.3, -0.1, 0.2))
-    m = ksl.load_string(tied_at_two_points(longer * along, along if longer > 0.5 else longer * along, "in order"))
+    along = size * np.array((0.3, -0.1, 0.2))
+    m = ksl.load_string(tied_at_two_points(longer * along, along if longer > 0.5 else longer * along, "in order", size))
     assert [x.kind for x in m.loops] == (["revolute"] if folds else ["spherical"] * 2)
 
 

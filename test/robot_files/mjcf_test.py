@@ -1,6 +1,7 @@
 """MJCF read through MuJoCo, held against MuJoCo's own dynamics."""
 
 import pickle
+import re
 import subprocess
 import sys
 import warnings
@@ -127,6 +128,17 @@ def test_couplings_in_a_circle(tmp_path):
         with pytest.raises(ksl.DescriptionError, match=why):
             ksl.load(path)
         assert "equality joint (4)" in ksl.load(path, mimic="independent").unused
+    for offset, factor in (0.0875, -0.125), (0.0885, -0.125), (0.0875, -0.126):  # a = 0.1 + 2 b and b = 0.3 − 4 c give c = 0.0875 − 0.125 a
+        turned = "".join(
+            f'<joint joint1="{y}" joint2="{x}" polycoef="{p} 0 0 0"/>'
+            for y, x, p in (("a", "b", "0.1 2"), ("b", "c", "0.3 -4"), ("c", "a", f"{offset} {factor}"))
+        )
+        path = in_file(tmp_path, bodies, f"<equality>{turned}</equality>")
+        if (offset, factor) == (0.0875, -0.125):
+            assert ksl.load(path).follower_names == ["a", "b"]
+        else:
+            with pytest.raises(ksl.DescriptionError, match="couples joint c to itself over joint a"):
+                ksl.load(path)
     inactive = circle.replace("/>", ' active="false"/>')
     m = ksl.load(in_file(tmp_path, bodies, f"<equality>{inactive}</equality>"))
     assert not m.follower_names and "equality joint, not active (3)" in m.unused
@@ -167,6 +179,10 @@ def test_a_coupling_by_fixed_tendons_is_a_mimic_joint(tmp_path, equality, follow
         ('<joint joint1="c" joint2="b" polycoef="0.1 2 0 0 0"/><joint joint1="b" polycoef="-0.3 0 0 0 0"/>', ["b", "c"]),  # what follows it is held, too
         (
             '<joint joint1="c" joint2="b" polycoef="0 -1 0 0 0"/><joint joint1="a" joint2="c" polycoef="0.2 0.5 0 0 0"/><joint joint1="b" polycoef="0.3 0 0 0 0"/>',
+            ["a", "b", "c"],
+        ),
+        (
+            '<joint joint1="a" joint2="c" polycoef="0.2 0.5 0 0 0"/><joint joint1="c" joint2="b" polycoef="0 -1 0 0 0"/><joint joint1="b" polycoef="0.3 0 0 0 0"/>',
             ["a", "b", "c"],
         ),
         ('<tendon tendon1="cc" polycoef="0.5 0 0 0 0"/>', ["c"]),
@@ -251,6 +267,57 @@ def test_a_compiler_in_a_process_of_its_own_gives_the_same_robot(tmp_path, monke
         ksl.load(CHAINS)
 
 
+def test_what_asks_for_too_much_memory_is_refused_with_a_sentence(monkeypatch, tmp_path):
+    """A height field of 5 GB in a hundred characters; and MuJoCo's bindings where an allocation fails."""
+    import mujoco
+
+    field = '<mujoco><asset><hfield name="ground\\" nrow="{}" ncol="{}" size="1 1 1 1"/></asset><worldbody><body name="b"><joint/><geom size="1"/></body></worldbody></mujoco>'
+    (tmp_path / "part.xml").write_text(field.format(45000, 30000))
+    for text in (field.format(45000, 30000), field.format(2**13, 2**13 + 1), f'<mujoco><include file="{tmp_path}/part.xml"/></mujoco>'):
+        with pytest.raises(ksl.DescriptionError, match=r"the height field ground\\.* × .* numbers, and 67,108,864 are the most that are read; make it coarser"):
+            ksl.load_string(text)
+    assert ksl.load_string(field.format(3, 4)).nv == 1
+    with pytest.raises(ksl.DescriptionError, match="MuJoCo's compiler refuses the file"):
+        ksl.load_string(field.format("many", 4))
+
+    (tmp_path / "big.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes([0, 0, 0, 13]) + b"IHDR" + (30000).to_bytes(4, "big") + (45000).to_bytes(4, "big"))
+    with pytest.raises(ksl.DescriptionError, match=r"ground\\.* has 45,000 × 30,000 numbers, and"):
+        ksl.load_string(field.replace("nrow", f'file="{tmp_path}/big.png" nrow').format(0, 0))
+
+    body = '<worldbody><body name="b"><joint/><geom size="1"/></body>{}</worldbody>'
+    checker = '<asset><texture name="{}" type="{}" builtin="checker" width="{}" height="{}"/>{}</asset>' + body.format("")
+    copies = '<replicate count="{}" offset="1 0 0"><replicate count="{}" offset="0 1 0"><geom size="1"/>{}</replicate></replicate>'
+    for text, said in (
+        (checker.format("t", "2d", 20000, 20000, ""), "the texture t has 20,000 × 20,000 points, and 67,108,864 are"),
+        (checker.format("t", "skybox", 9000, 1, ""), "the texture t has 6 × 9,000 × 9,000 points, and"),
+        (
+            checker.format("t", "2d", 8000, 8000, '<texture name="u" type="2d" builtin="flat" width="2000" height="2000"/>'),
+            "the texture u has with those before it 68,000,000 points, and",
+        ),
+        (checker.replace("builtin", f'file="{tmp_path}/big.png" title').format("t", "2d", 1, 1, ""), "the texture t has 45,000 × 30,000 points, and"),
+        (body.format(copies.format(1000, 101, "")), "the replicate has 101,000 elements, and 100,000 are"),
+        (body.format(copies.format(500, 101, '<geom size="1"/>')), "the replicate has with those before it 101,500 elements, and"),
+        (
+            body.format('<flexcomp name="cloth" type="grid" count="1000 1000 1" spacing="1 1 1" mass="1"/>'),
+            "the grid flexcomp cloth has 1,000 × 1,000 × 1 points, and",
+        ),
+        ('<size nuser_geom="100000000"/>' + body.format(""), "the size nuser_geom has 100,000,000 × 6 user's numbers, and"),
+    ):
+        with pytest.raises(ksl.DescriptionError, match=re.escape(said)):
+            ksl.load_string(f"<mujoco>{text}</mujoco>")
+    assert ksl.load_string(f"<mujoco>{body.format(copies.format(3, 2, ''))}</mujoco>").nv == 1
+    for error, said in (
+        (RuntimeError("Caught an unknown exception!"), "there is not enough memory for it"), (MemoryError(), "there is not enough memory for it"), (RuntimeError("no decoder"), "no decoder"),
+    ):  # fmt: skip
+
+        def fails(*_, error=error):
+            raise error
+
+        monkeypatch.setattr(mujoco.MjModel, "from_xml_string", fails)
+        with pytest.raises(ksl.DescriptionError, match=f"compiler refuses the file: {said}; correct it"):
+            ksl.load_string(field.format(3, 4))
+
+
 def stack(tmp_path, *joints: str) -> list[str]:
     m = ksl.load(in_file(tmp_path, f'<body name="b">{"".join(joints).replace("{}", "")}{BODY}</body>'))
     return [m.joint(name).kind for name in m.joint_names]
@@ -330,6 +397,13 @@ def test_tendons_that_couple_joints_and_are_not_read_are_named(tmp_path):
     with pytest.warns(ksl.DescriptionWarning, match="tendon band couples joints a, b by its stiffness, damping, which KSL doesn't read"):
         ksl.load(in_file(tmp_path, bodies, fixed.format('stiffness="3" damping="1"')))
     assert not ksl.load(in_file(tmp_path, bodies, fixed.format(""))).warnings
+    spatial = '<tendon><spatial name="band" range="{}"><site site="s"/><site site="t"/></spatial></tendon>'
+    sites = f'<site name="t" pos="0 0 1"/><body name="c"><joint/>{BODY}<site name="s" pos="1 0 0"/></body>'
+    with pytest.warns(ksl.DescriptionWarning, match="tendon band couples joints a, b by its narrow limits"):
+        ksl.load(in_file(tmp_path, bodies, fixed.format('range="-1e-4 1e-4"')))
+    with pytest.warns(ksl.DescriptionWarning, match="tendon band couples sites and surfaces by its narrow limits"):
+        ksl.load(in_file(tmp_path, sites, spatial.format("1.414 1.4143")))
+    assert not ksl.load(in_file(tmp_path, sites, spatial.format("0.5 1.5"))).warnings
 
 
 def test_options(tmp_path):

@@ -271,25 +271,35 @@ def test_joints_of_six_freedoms(tmp_path):
     old = w.stage.GetPrimAtPath("/robot/j0")
     axis = {f"physics:{name}": old.GetAttribute(f"physics:{name}").Get() for name in ("localPos0", "localPos1", "localRot0", "localRot1")}
     targets = UsdPhysics.Joint(old).GetBody1Rel().GetTargets()
-    w.stage.RemovePrim("/robot/j0")
 
-    def six(*free):
+    def six(*free, limits=(-30.0, 60.0)):
+        w.stage.RemovePrim("/robot/j0")
         joint = UsdPhysics.Joint.Define(w.stage, "/robot/j0")
         joint.CreateBody1Rel().SetTargets(targets)
         for name, value in axis.items():
             joint.GetPrim().GetAttribute(name).Set(value)
         for freedom in ("transX", "transY", "transZ", "rotX", "rotY", "rotZ"):
             limit = UsdPhysics.LimitAPI.Apply(joint.GetPrim(), freedom)
-            low, high = (-30.0, 60.0) if freedom in free else (1.0, -1.0)
-            limit.CreateLowAttr(low)
-            limit.CreateHighAttr(high)
+            for end, value in zip((limit.CreateLowAttr, limit.CreateHighAttr), limits if freedom in free else (1.0, -1.0)):
+                if value is not None:
+                    end(value)
         w.stage.Save()
         return ksl.load(tmp_path / "arm.usda")
 
     found = six("rotX")
     assert found.joint("j0").kind == "revolute" and (found.joint("j0").lower, found.joint("j0").upper) == pytest.approx((-np.pi / 6, np.pi / 3))
     same_dynamics(m, found, m.joint_names)
-    assert six("rotX", "rotY", "rotZ").joint("j0").kind == "spherical" and six().joint("j0").kind == "fixed"
+    assert six().joint("j0").kind == "fixed"
+    for limits, known in (((-30.0, 60.0), True), ((None, 60.0), True), ((-np.inf, np.inf), False), ((None, None), False)):
+        ball = six("rotX", "rotY", "rotZ", limits=limits)
+        assert (
+            ball.joint("j0").kind == "spherical"
+            and ("limits of joint j0 in rotX, rotY, rotZ: those of revolute and prismatic joints are read" in ball.unused) == known
+        )
+    for of, rows in ("rot", slice(3, 6)), ("trans", slice(3)):  # the axes of a right-handed frame
+        along = [r.jacobian(r.neutral(), f"link:{r.joint('j0').child}", axes="world")[rows, 0] for r in (six(f"{of}{axis}") for axis in "XYZ")]
+        assert np.abs(np.cross(along[0], along[1:]) - [along[2], -along[1]]).max() < 1e-6
+    assert "joint j0 (all of its freedoms are free)" in six("transX", "transY", "transZ", "rotX", "rotY", "rotZ").unused
     assert six("rotX", "transX").joint("j0").kind == "cylindrical" and six("transX", "transY", "transZ").joint("j0").kind == "translation"
     with pytest.raises(ksl.DescriptionError, match="joint j0: is free in rotX, rotY, which no kind of joint is; lock some of them"):
         six("rotX", "rotY")
@@ -325,14 +335,14 @@ def test_masses_of_parts_are_those_of_the_body(tmp_path):
 def test_numbers_of_physx(tmp_path):
     """Raw attributes: their schema is not a part of usd-core."""
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
-    for name, velocity, armature in (("j0", 90.0, 500.0), ("j1", 50.0, 0.7), ("j4", 1e6, 0.0)):
+    for name, velocity, armature in (("j0", 1.8, 500.0), ("j1", 50.0, 0.7), ("j4", 1e6, 0.0)):
         prim = w.stage.GetPrimAtPath(f"/robot/{name}")
         prim.CreateAttribute("physxJoint:maxJointVelocity", Sdf.ValueTypeNames.Float).Set(velocity)
         prim.CreateAttribute("physxJoint:armature", Sdf.ValueTypeNames.Float).Set(armature)
     w.stage.Save()
     m = ksl.load(tmp_path / "arm.usda")
     turns, slides, none = (m.joint(name) for name in ("j0", "j1", "j4"))
-    assert (turns.velocity, turns.armature) == pytest.approx((np.pi / 2, 0.05)) and (slides.velocity, slides.armature) == pytest.approx((0.5, 0.7))
+    assert (turns.velocity, turns.armature) == pytest.approx((np.pi / 100, 0.05)) and (slides.velocity, slides.armature) == pytest.approx((0.5, 0.7))
     assert none.velocity is None and none.armature == 0.0
 
 
@@ -346,7 +356,9 @@ def test_what_is_not_carried(tmp_path):
     assert {"joint rope: a distance joint, as if its bodies were within its limits", "joint off (not enabled)"} <= set(ksl.load(tmp_path / "arm.usda").unused)
 
 
-@pytest.mark.parametrize(("least", "most", "holds"), [(-1, 30, False), (20, 30, False), (20, -1, False), (30, 30, True), (40, 30, True), (-1, 0, True)])
+@pytest.mark.parametrize(
+    ("least", "most", "holds"), [(-1, 30, False), (20, 30, False), (20, -1, False), (30, 30, True), (40, 30, True), (-1, 0, True), (0.05, 0.05, True)]
+)
 def test_a_rod_is_refused_and_a_rope_is_not(tmp_path, least, most, holds):
     w = Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
     rod = UsdPhysics.DistanceJoint.Define(w.stage, "/robot/rod")
@@ -471,6 +483,25 @@ def test_the_command_and_layers_that_it_uses(tmp_path):
     assert Sdf.Layer.FindOrOpen(str(tmp_path / "arm.usdc"))
 
 
+def test_a_stage_that_a_process_of_its_own_reads_is_the_same_robot(tmp_path, monkeypatch):
+    """As commands read it.  What ends that process is a sentence."""
+    from ksl.base import own_process
+    from ksl.robot_files.usd import machine
+
+    Writer(tmp_path / "arm.usda", arm(np.random.default_rng(5)), length=0.01)
+    here = ksl.load(tmp_path / "arm.usda")
+    monkeypatch.setattr(own_process, "_is_wanted", True)
+    apart = ksl.load(tmp_path / "arm.usda")
+    for of in ("links", "joints", "unused", "warnings", "inputs"):
+        assert getattr(apart, of) == getattr(here, of)
+    (tmp_path / "bad.usda").write_text("#usda 1.0\n( garbage")
+    with pytest.raises(ksl.DescriptionError, match="bad.usda: USD refuses the file: "):
+        ksl.load(tmp_path / "bad.usda")
+    monkeypatch.setattr(machine, "_READ", "os.kill(os.getpid(), 9)")
+    with pytest.raises(ksl.DescriptionError, match="arm.usda: USD didn't read the file to its end: .*most likely since memory ran out"):
+        ksl.load(tmp_path / "arm.usda")
+
+
 SCENE = """#usda 1.0
 (
   metersPerUnit = {}
@@ -545,6 +576,36 @@ def test_what_usd_says_is_passed_on(tmp_path, capfd):
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (
+            'def "b" (\n variants = {{ string tool = "{}" }}\n prepend variantSets = "tool"\n)\n{{\n variantSet "tool" = {{ "two" {{\n }} }}\n}}',
+            "prim /r/b: variant {} is chosen of tool, which has two",
+        ),
+        ('{} "b" ( prepend apiSchemas = ["PhysicsRigidBodyAPI"] )\n{{\n}}', "prim /r/b: has PhysicsRigidBodyAPI, and nothing defines it .{}."),
+        ('{} PhysicsFixedJoint "b"\n{{\n rel physics:body1 = </r/a>\n}}', "prim /r/b: has PhysicsFixedJoint, and nothing defines it .{}."),
+    ],
+)
+def test_what_usd_leaves_out_without_a_word_is_said(tmp_path, more, said):
+    bad, good = ("one", "two") if "variants" in more else ("over", "def")
+    with pytest.warns(ksl.DescriptionWarning, match=said.format(bad)):
+        ksl.load(scene(tmp_path / "a.usda", more=more.format(bad)))
+    assert not any(line.startswith("prim /r/b") for line in ksl.load(scene(tmp_path / "b.usda", more=more.format(good))).warnings)
+
+
+def test_instances_of_instances_are_bounded(tmp_path, monkeypatch):
+    levels = "".join(
+        f'class "c{k}" {{\n' + "".join(f'def "p{i}" ( instanceable = true\n references = </c{k + 1}> ) {{\n}}\n' for i in range(4)) + "}\n" for k in range(5)
+    )
+    file = scene(tmp_path / "a.usda", more='def "b" ( instanceable = true\n references = </c0> ) {\n}')
+    file.write_text(file.read_text() + levels + 'class "c5" {\n}\n')
+    assert ksl.load(file).link_names
+    monkeypatch.setattr("ksl.robot_files.usd.stage.USD_PRIMS", 1000)
+    with pytest.raises(ksl.DescriptionError, match="its instances unfold to more than 1,000 prims, which are the most that are read"):
+        ksl.load(file)
+
+
 HINGE = 'def PhysicsRevoluteJoint "j"{}\n{{\n  rel physics:body1 = </r/a>\n  {}\n}}'
 
 
@@ -564,8 +625,13 @@ def test_a_side_that_a_reference_leaves_out_is_not_the_world(tmp_path):
 def test_bodies_that_are_off_or_held(tmp_path):
     with pytest.raises(ksl.DescriptionError, match="its only rigid body, /r/a, is not enabled; set physics:rigidBodyEnabled"):
         ksl.load(scene(tmp_path / "a.usda", body="bool physics:rigidBodyEnabled = false"))
-    held = ksl.load(scene(tmp_path / "a.usda", body="bool physics:kinematicEnabled = true"), masses="optional")
-    assert held.nv == 0 and held.joint("a_kinematic").kind == "fixed" and any("link a: kinematic" in line for line in held.warnings)
+    for more, kind, loops in (
+        ("", "a_kinematic", []),
+        (HINGE.format("", "").replace("Revolute", "Fixed"), "j", []),
+        (HINGE.format("", ""), "a_kinematic", ["j"]),
+    ):
+        held = ksl.load(scene(tmp_path / "a.usda", body="bool physics:kinematicEnabled = true", more=more), masses="optional")
+        assert held.nv == 0 and held.joint(kind).kind == "fixed" and held.loop_names == loops and any("link a: kinematic" in line for line in held.warnings)
     light = scene(tmp_path / "a.usda")
     light.write_text(light.read_text().replace("physics:mass = 2", "physics:mass = 0"))
     with pytest.raises(ksl.DescriptionError, match=r"none of the links that move \(a\) has a mass.*; give these links a mass;"):
@@ -575,7 +641,7 @@ def test_bodies_that_are_off_or_held(tmp_path):
 @pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
 def test_numbers_of_joints_are_used_or_named(tmp_path):
     """Attribute by attribute: what a joint has is in the model, or in a line."""
-    used = "float physics:lowerLimit = -90\nfloat physics:upperLimit = 45\nfloat drive:angular:physics:maxForce = 7"
+    used = "float physics:lowerLimit = -90\nfloat physics:upperLimit = 45\nfloat drive:angular:physics:maxForce = 0.07"
     named = {
         "float physics:breakForce = 30": "physics:breakForce of j",
         "float physics:breakTorque = inf": "",
@@ -597,14 +663,19 @@ def test_numbers_of_joints_are_used_or_named(tmp_path):
         )
     )
     j = found.joint("j")
-    assert (j.lower, j.upper, j.effort) == pytest.approx((-np.pi / 2, np.pi / 4, 7))
+    assert (j.lower, j.upper, j.effort) == pytest.approx((-np.pi / 2, np.pi / 4, 0.07))
     assert set(found.unused) == {*filter(None, named.values()), "physics:velocity of a", "physxRigidBody:disableGravity of a"}
-    one = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:upperLimit = 45"))).joint("j")
-    assert (one.lower, one.upper) == (None, pytest.approx(np.pi / 4))
+    one = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:upperLimit = 3"))).joint("j")
+    assert (one.lower, one.upper) == (None, pytest.approx(np.pi / 60))
     crossed = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:lowerLimit = 45\nfloat physics:upperLimit = 30")))
     assert crossed.joint("j").lower is None and any("its lower limit (45) is above its upper one (30)" in line for line in crossed.warnings)
-    with pytest.raises(ksl.DescriptionError, match="joint j: a limit of its position is nan"):
-        ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:lowerLimit = nan")))
+    for number, said in (
+        ("physics:lowerLimit = nan", r"a limit of its position is nan rad or m; expected a magnitude of 0 to 1e\+09 rad or m;"),
+        ("physxJoint:maxJointVelocity = nan", r"physxJoint:maxJointVelocity is nan rad/s or m/s; expected 0 to 1e\+09 rad/s or m/s;"),
+        ("drive:angular:physics:maxForce = -1", r"drive:angular:physics:maxForce is -1 N m or N; expected 0 to 1e\+15 N m or N;"),
+    ):
+        with pytest.raises(ksl.DescriptionError, match=f"joint j: {said}"):
+            ksl.load(scene(tmp_path / "a.usda", more=HINGE.format(schemas, f"float {number}")))
 
 
 def test_two_bodies_of_one_name_have_longer_ones(tmp_path):

@@ -152,7 +152,7 @@ def finds(tmp_path):
     return tmp_path / "arms/urdf/arm.xacro"
 
 
-def test_packages_are_found_without_ros(finds, tmp_path):
+def test_packages_are_found_without_ros(finds, tmp_path, monkeypatch):
     """In the folders above the file, or where the caller says."""
     assert ksl.load(finds, xacro={}).mass == 2
     far = tmp_path / "far"
@@ -161,6 +161,8 @@ def test_packages_are_found_without_ros(finds, tmp_path):
         ksl.load(finds, xacro={})
     m = ksl.load(finds, xacro={}, packages={"parts": far})
     assert m.mass == 2 and m.inputs[1].file == str(far / "rod.xacro")
+    monkeypatch.chdir(tmp_path)
+    assert ksl.load("arms/urdf/arm.xacro", xacro={}, packages={"parts": "far"}).mass == 2  # from the current folder, as any path
     assert ksl.check(finds, xacro={}, packages={"parts": far}).file.endswith("(expanded by xacro)")
     with pytest.raises(ValueError, match="packages are for a xacro file"):
         ksl.load(finds, packages={"parts": far})

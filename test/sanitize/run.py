@@ -62,7 +62,7 @@ KINDS = {
         (
             "test/contract",
             "test/viewer",
-            "test/report/browser_test.py",
+            "test/report/html/browser_test.py",
             "test/cli",
             "test/trust",
             "test/golden",
@@ -70,7 +70,7 @@ KINDS = {
             "test/mechanism/batch_test.py::test_every_instruction_set_gives_the_same_bits",
             "test/algebra/print_test.py",
             "test/algebra/array_test.py",
-            "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only",
+            "test/sweeps/sweep_workers_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only",
         ),
         preloaded=("clang", "libclang_rt.asan-x86_64.so"),
     ),

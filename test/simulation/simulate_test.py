@@ -1,13 +1,13 @@
 """Arguments of simulate: what is refused, and how runs end that can't go on."""
 
 import re
+import threading
 import warnings
 
 import numpy as np
 import pytest
 
 import ksl
-from ksl.simulation.simulate import _count, _direction, _event_values, _positive, _step, _times
 from ksl.simulation import PD, Brake, ComputedTorque, Reference
 from linkages import equal_four_bars, four_bar
 
@@ -29,6 +29,9 @@ REFUSED = {
     "times that don't increase": ((*START[:2], [0.0, 0.2, 0.2]), {}, "times[2] is 0.2 after 0.2; times must increase"),
     "a time alone": ((*START[:2], 2.0), {}, "times has shape (); expected (n), the first that of the start"),
     "times of a reference alone": (START, {"efforts": ComputedTorque(Reference(1.0, np.zeros((1, 2))))}, "reference.times must be finite and increase"),
+    "times that go back": ((*START[:2], [1.0, 0.5]), {}, "times[1] is 0.5 after 1; times must increase"),
+    "times that are not finite": ((*START[:2], [0.0, np.inf]), {}, "times must be finite"),
+    "times in rows": ((*START[:2], [[0.0, 1.0]]), {}, "times has shape (1, 2); expected (n), the first that of the start"),
     "no times": ((*START[:2], []), {}, "times has shape (0,); expected (n), the first that of the start"),
     "efforts of another length": (START, {"efforts": [[1.0, 2.0]] * 2}, "efforts has shape (2, 2); expected (2,) constant, or (3, 2) at the times"),
     "efforts that are not finite": (START, {"efforts": [np.nan, 0]}, "efforts holds numbers that are not finite"),
@@ -36,6 +39,10 @@ REFUSED = {
     "no step": (START, {"method": "rk4"}, "the method rk4 has steps of the same length; give step, s"),
     "a step of dop853": (START, {"step": 0.01}, "dop853 chooses its own, by rtol and atol"),
     "a negative tolerance": (START, {"rtol": -1}, "rtol is -1; expected a finite number that is not negative"),
+    "the least negative tolerance": (START, {"atol": -1e-300}, "atol is -1e-300; expected a finite number that is not negative"),
+    "a tolerance without end": (START, {"rtol": np.inf}, "rtol is inf; expected a finite number that is not negative"),
+    "a tolerance that is none": (START, {"rtol": np.nan}, "rtol is nan; expected a finite number that is not negative"),
+    "a step of zero": (START, {"method": "rk4", "step": 0.0}, "step is 0; expected a finite number above zero"),
     "no tolerance": (START, {"rtol": 0, "atol": 0}, "dop853 needs a relative or an absolute error above zero"),
     "limits with the variational method": (START, {"method": "variational", "step": 0.01, "restitution": 0.5}, "take another method, or leave them out"),
     "an unknown joint": (START, {"friction": {"to_uper": 1.0}}, "to_uper"),
@@ -58,7 +65,8 @@ REFUSED = {
     "NaN of an event": (START, {"events": lambda t, q, v: np.inf if t > 0.05 else 1.0}, re.compile(r"events\[0\] is inf at t = 0\.0\d+ s of run 0")),
     "an unknown link": (START, {"external": {"uppr": [0] * 6}}, "uppr"),
     "wrenches of another length": (START, {"external": {"upper": [0] * 5}}, "external['upper'] has shape (5,); expected (6,) constant, or (3, 6)"),
-    "no steps": (START, {"most_steps": 0}, "most_steps=0; expected a number of steps, 1 or more"),
+    "NaN of the second event": (START, {"events": [lambda t, q, v: 1.0, lambda t, q, v: v[1] * np.nan]}, "events[1] is nan at t = 0 s of run 0"),
+    **{f"{wrong!r} steps": (START, {"most_steps": wrong}, f"most_steps={wrong!r}; expected a number of steps, 1 or more") for wrong in (0, -1, True, 2.0, "3")},
 }
 
 
@@ -78,10 +86,16 @@ def test_functions_that_raise_end_the_call():
             M.simulate(*START, **named)
     with pytest.raises(KeyError, match="of mine"):
         M.simulate([START[0]] * 3, *START[1:], efforts=fails, method="rk4", step=0.01)
+    callers = set()
+    called = lambda t, q, v: callers.add(threading.get_ident()) or 1.0
+    for named in ({"efforts": lambda t, q, v: [called(t, q, v), 0.0]}, {"events": called}):  # also of many runs by one thread
+        M.simulate([START[0]] * 9, *START[1:], threads=2, **named)
+    assert callers == {threading.get_ident()}
 
 
 @pytest.mark.parametrize("how", [{}, *({"method": name, "step": 0.01} for name in ("semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational"))], ids=str)
 @pytest.mark.parametrize("events", [[], [lambda t, q, v: 1.0]], ids=["alone", "events"])
+@pytest.mark.filterwarnings("error")
 def test_a_function_that_ends_a_run_at_its_start_leaves_the_state(how, events):
     """What would have driven it is not known."""
     for run in (
@@ -91,6 +105,7 @@ def test_a_function_that_ends_a_run_at_its_start_leaves_the_state(how, events):
         first = run.q.reshape(-1, 3, 2)[-1]
         assert np.all(run.reason == "a function ended it") and np.all(run.ended == 0) and np.array_equal(first[0], START[0]) and np.isnan(first[1:]).all()
         assert np.all(run.work.ravel()[0] == 0) and np.isfinite(run.energy.ravel()[0]) and np.isnan(run.a).all() and np.isnan(run.efforts).all()
+    assert np.isnan(M.simulate(*START, efforts=lambda t, q, v: None if t >= 0.1 else [0, 0], events=events, **how).q[2]).all()
 
 
 def test_runs_that_end_early_keep_what_they_have():
@@ -100,9 +115,10 @@ def test_runs_that_end_early_keep_what_they_have():
     assert not run.complete and np.isfinite(run.q[:2]).all() and np.isnan(run.q[2]).all() and 0.001 < run.ended < 9
     with pytest.warns(RuntimeWarning, match="it takes more steps than most_steps, 3; "):
         assert M.simulate(*START[:2], [0.0, 5.0], most_steps=3).steps <= 3
-    with pytest.warns(RuntimeWarning, match="run 1, the first of 2,"):
-        runs = M.simulate([START[0]] * 3, np.array([[0, 0], [1e200, 0], [1e200, 1]]), [0.0, 0.1], method="rk4", step=0.01)
-    assert list(runs.complete) == [True, False, False] and np.isfinite(runs.q[0]).all()
+    for number, said in ((2, "^run 1, the first of 2, ended at"), (1, "^run 1 ended at")):
+        with pytest.warns(RuntimeWarning, match=said) as told:
+            runs = M.simulate([START[0]] * 3, np.array([[0, 0], [1e200, 0], [1e200 * (number - 1), 1]]), [0.0, 0.1], method="rk4", step=0.01)
+        assert list(runs.complete) == [True, False, number == 1] and np.isfinite(runs.q[0]).all() and told[0].filename == __file__
 
 
 @pytest.mark.parametrize("method", ["semi_implicit_euler", "rk4", "rkmk4", "sdirk4", "variational"])
@@ -202,7 +218,6 @@ def test_progress_is_told_and_ctrl_c_ends_the_call():
     M.simulate(*START[:2], [0.0, 30.0], method="rk4", step=1e-4, progress=told.append)
     assert told == sorted(told) and all(0 < t <= 30.0 for t in told)
     import _thread
-    import threading
 
     threading.Timer(0.2, _thread.interrupt_main).start()
     with pytest.raises(KeyboardInterrupt):
@@ -226,6 +241,8 @@ def test_singular_positions_are_events():
 def test_one_line_says_what_a_run_is():
     assert repr(M.simulate(*START)).startswith("<ksl simulation: to 0.2 s, ")
     assert "2 runs, 2 complete" in repr(M.simulate([START[0]] * 2, *START[1:]))
+    run = M.simulate(*START, method="rk4", step=0.02)  # four evaluations a step, and one where it begins
+    assert (run.steps, run.rejected, run.evaluations) == (10, 0, 41)
 
 
 def test_a_drive_that_switches_to_and_fro_ends_early():
@@ -268,69 +285,41 @@ def test_laws_are_those_of_the_joints_that_are_named():
 def test_coordinates_of_laws_and_limits_differ_behind_a_ball():
     """A spherical joint has four numbers of q and three of v: limits are those of the hinge behind it."""
     b = ksl.Builder("ball").add_link("base").add_link("a", 1.0, inertia=np.eye(3)).add_link("b", 1.0, inertia=np.eye(3))
-    b.add_joint("ball", "spherical", "base", "a").add_joint("hinge", "revolute", "a", "b", axis=(0, 0, 1), limits=(-0.5, 0.25))
+    b.add_joint("ball", "spherical", "base", "a", friction=0.1).add_joint("hinge", "revolute", "a", "b", axis=(0, 0, 1), limits=(-0.5, 0.25))
     m = b.build()
     k = m.joint("hinge").v_index
     laws = m._exact_laws(0.5, 3.0, None, m.neutral()[np.newaxis])
     assert (laws["lower"][k], laws["upper"][k], laws["restitution"][k], laws["friction"][k]) == (-0.5, 0.25, 0.5, 3.0)
     others = [j for j in range(m.nv) if j != k]
-    assert set(laws["restitution"][others]) == {-1.0} and not laws["friction"][others].any() and np.isinf(laws["lower"][others]).all()
+    assert set(laws["restitution"][others]) == {-1.0} and not laws["friction"][others].any() and set(laws["lower"][others]) == {-np.inf}
+    turning = m.with_physics("exact friction").simulate(m.neutral(), [0.0, 0.0, 0.1, 0.0], [0, 2.0])
+    assert [(event.what, event.joint, event.coordinate) for event in turning.events] == [("sticks", "ball", 2)]
     q = m.neutral()
     q[m.joint("hinge").q_index] = 0.3
     with pytest.raises(ValueError, match="'hinge' starts at 0.3, beyond its limits -0.5 and 0.25"):
         m._exact_laws(0.5, None, None, q[np.newaxis])
 
 
-@pytest.mark.parametrize(
-    ("method", "step", "times", "expected"), [("dop853", None, [0.0, 1.0], 0.0), ("rk4", 0.25, [0.0, 1.0], 0.25), ("rk4", None, [0.0], 1.0)]
-)
-def test_steps(method, step, times, expected):
-    assert _step(step, method, np.array(times)) == expected
+def test_numbers_at_their_bounds_are_taken():
+    """A relative error of zero beside an absolute one, a step that is not needed at a single time, and steps counted by NumPy."""
+    for named in ({"rtol": 0.0}, {"rtol": 1e-300}, {"most_steps": np.int64(700)}):
+        assert M.simulate(*START, **named).complete.all()
+    for named in ({"method": "rk4"}, {"method": "rk4", "step": 1e-300}):
+        assert M.simulate(*START[:2], [2], **named).q.tolist() == [START[0]]
+    assert M.simulate(*START[:2], [2], most_steps=1).times.dtype == float
 
 
-@pytest.mark.parametrize(
-    ("x", "zero", "good"), [(1e-300, False, True), (0.0, False, False), (0.0, True, True), (-1e-300, True, False), (np.inf, True, False), (np.nan, True, False)]
-)
-def test_positive_numbers(x, zero, good):
-    if good:
-        assert _positive(x, "rtol", zero) == x
-    else:
-        with pytest.raises(ValueError, match=f"rtol is {x:g}; expected a finite number {'that is not negative' if zero else 'above zero'}"):
-            _positive(x, "rtol", zero)
+@pytest.mark.parametrize(("direction", "slopes"), [(0, {-1, 1}), (3.5, {1}), (-0.1, {-1})])
+def test_the_sign_of_a_direction_chooses_zeros(direction, slopes):
+    """Of the upper link's angle, beside an event that never comes."""
 
+    def crosses(t, q, v):
+        return q[0]
 
-def test_counts_and_directions():
-    assert _count(1, "most_steps") == 1 and _count(np.int64(7), "most_steps") == 7
-    for wrong in (0, -1, True, 2.0, "3"):
-        with pytest.raises(ValueError, match="expected a number of steps, 1 or more"):
-            _count(wrong, "most_steps")
-
-    def event(t, q, v):
-        return 0.0
-
-    assert _direction(event) == 0
-    for direction, sign in ((3.5, 1), (-0.1, -1), (0, 0)):
-        event.direction = direction
-        assert _direction(event) == sign
-
-
-def test_times_are_finite_and_increase():
-    for times, said in (
-        ([0.0, np.inf], "times must be finite"),
-        ([0.0, 1.0, 1.0], r"times\[2\] is 1 after 1"),
-        ([1.0, 0.5], r"times\[1\] is 0.5 after 1"),
-        ([[0.0, 1.0]], r"shape \(1, 2\)"),
-    ):
-        with pytest.raises(ValueError, match=said):
-            _times(times)
-    assert _times([2.0]).tolist() == [2.0] and _times([0, 1]).dtype == float
-
-
-def test_values_of_several_events():
-    values = _event_values([lambda t, q, v: t + q[0], lambda t, q, v: v[1]])
-    assert values(0, 2.0, np.array([[3.0, 0.0]]), np.array([[0.0, 7.0]])).tolist() == [5.0, 7.0]
-    with pytest.raises(ValueError, match=r"events\[1\] is nan at t = 2 s of run 4"):
-        values(4, 2.0, np.zeros((1, 2)), np.array([[0.0, np.nan]]))
+    crosses.direction = direction
+    run = M.simulate(*START[:2], np.linspace(0.0, 3.0, 301), events=[lambda t, q, v: 1.0, crosses])
+    assert {np.sign(np.interp(event.time, run.times, run.v[:, 0])) for event in run.events} == slopes
+    assert all(event.coordinate == 1 and abs(np.interp(event.time, run.times, run.q[:, 0])) < 1e-3 for event in run.events)
 
 
 def test_momentum_that_is_lost_is_less_than_what_gravity_gives():
@@ -340,7 +329,13 @@ def test_momentum_that_is_lost_is_less_than_what_gravity_gives():
     run = m.simulate(m.neutral(), [1.0, 2.0, 3.0, 0.0, 0.0, 0.5], [3.0, 3.5, 4.0])
     assert np.abs(run.drift.momentum).max() < 1e-9 and run.drift.momentum.shape == (3, 6)
     assert M.simulate(*START).drift.momentum is None
-    assert m.simulate(m.neutral(), np.zeros(6), [0.0, 0.1], external={"body": [1.0, 0, 0, 0, 0, 0]}).drift.momentum is None
+    two = b.add_link("arm", 1.0, (0.1, 0, 0), inertia=np.eye(3)).add_joint("j", "revolute", "body", "arm", axis=(0, 1, 0)).build(floating_base=True)
+    assert np.abs(two.simulate(two.neutral(), np.arange(7.0), [0.0, 0.1]).drift.momentum).max() < 1e-8
+    for axes, moved in (("link", (0.02, 0.1)), ("world", (0.12, 0.0))):  # a force of 10 N along x, of the body or of the world, that is a quarter turn apart
+        run = m.simulate(
+            m.integrate(m.neutral(), [0, 0, 0, 0, 0, np.pi / 2]), np.zeros(6), [0.0, 0.2], external={"body": [10.0, 0, 0, 0, 0, 0]}, external_axes=axes
+        )
+        assert run.drift.momentum is None and np.abs(run.q[-1, :2] - moved).max() < 1e-9 and run.energy[-1] == pytest.approx(10 * max(moved))
 
 
 @pytest.mark.parametrize(("runs", "said"), [(3, r"run 0, the first of 3, ended at"), (1, "the run ended at")])
@@ -364,5 +359,6 @@ def test_energies_that_are_not_finite_are_said():
     m = ksl.Builder("stone").add_link("stone", 2.0, (0.1, 0, 0), 0.1 * np.eye(3)).build(floating_base=True)
     with pytest.warns(
         RuntimeWarning, match=r"the run: its energy or the work done on it is not finite at 0\.\d+ s: velocities, efforts or wrenches are too large"
-    ):
+    ) as told:
         m.simulate(m.neutral(), np.zeros(6), [0.0, 0.001], external={"stone": [1e160, 0, 0, 0, 0, 0]})
+    assert told[0].filename == __file__

@@ -10,7 +10,7 @@ import ksl
 from ksl.base.errors import SizingError
 from ksl.sizing import bolt_names, bolt_strength
 from ksl.sizing.bolt_names import named_bolt
-from ksl.sizing.bolt_numbers import OF_BOLT
+from ksl.sizing.catalogue.bolt_numbers import OF_BOLT
 
 STRESS_AREAS = {  # ISO 898-1:2013, Tables 4 and 6, mm²
     "M3": 5.03, "M3.5": 6.78, "M4": 8.78, "M5": 14.2, "M6": 20.1, "M7": 28.9, "M8": 36.6, "M10": 58.0, "M12": 84.3, "M14": 115, "M16": 157, "M18": 192,

@@ -9,7 +9,7 @@ import ksl
 import pytest
 from ksl.base.errors import SizingError
 from ksl.sizing.bearing_ratings import F_C, deep_groove_ratings
-from ksl.sizing.choice.offers import catalogue_given
+from ksl.sizing.choice.offers import _joined, catalogue_given
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE, ASKED = ROOT / "examples/components/catalogue.csv", ROOT / "examples/components/panda_choice.toml"
@@ -132,6 +132,10 @@ WRONG_CATALOGUES = [
     ("[[component]]\n" + ENTRY + "rated_torque = -1\n", r"c.toml:5: rated_torque = -1 must be positive"),
     ('[[component]]\nkind = "motor"\nname = "a"\n', r"c.toml:1: a has no mass, kg"),
     ('[[component]]\nkind = "motor"\nmass = 1\n', r"c.toml:1: an entry of a catalogue needs a name"),
+    ("component = 3\n", "holds no components; give a catalogue"),
+    ("component = []\n", "holds no components; give a catalogue"),
+    ('[[component]]\nkind = "motor"\nmass = 1\nname = ""\n', r"c.toml:4: an entry of a catalogue needs a name"),
+    ('[[component]]\nkind = "motor"\nmass = 1\nname = 3\n', r"c.toml:4: an entry of a catalogue needs a name"),
     ('[[component]]\nkind = "fatigue"\nname = "a"\n', r"c.toml:2: no kind in a catalogue named 'fatigue'"),
     ("[[component]]\n" + ENTRY + "[[component]]\n" + ENTRY, r"c.toml:7: a second motor named 'a'"),
     ("[[component]]\n" + ENTRY + "price = 1\ngear_ratio = 3\n", r"c.toml:1: a: gear_ratio is a number of the catalogue, and .* gives it, too"),
@@ -146,6 +150,13 @@ def test_wrong_catalogues(loads, tmp_path, text, sentence):
     (tmp_path / "asked.toml").write_text('[[choose]]\njoint = "panda_joint2"\nkind = "motor"\ngear_ratio = 100\nby = "price"\n')
     with pytest.raises(SizingError, match=sentence):
         ksl.size(loads, tmp_path / "asked.toml", choose=tmp_path / "c.toml")
+
+
+def test_tables_inside_of_a_request_are_joined_with_those_of_an_entry():
+    assert _joined({"a": {"x": 1}, "b": 2}, {"a": {"y": 3}, "c": {"z": 4}}, "o", "r") == {"a": {"x": 1, "y": 3}, "b": 2, "c": {"z": 4}}
+    for offered, asked, key in (({"a": 1}, {"a": {"y": 3}}, "a"), ({"a": {"y": 1}}, {"a": 3}, "a"), ({"a": {"y": 1}}, {"a": {"y": 3}}, "y")):
+        with pytest.raises(SizingError, match=f"^o: {key} is a number of the catalogue, and r gives it, too"):
+            _joined(offered, asked, "o", "r")
 
 
 ROWS = [

@@ -8,6 +8,7 @@ import ksl
 import numpy as np
 import pytest
 from ksl.base.errors import SizingError
+from ksl.sizing.choice.together import Together
 
 G, RATIO, EFFICIENCY = 9.81, 50.0, 0.75
 LIFTER = """
@@ -118,7 +119,7 @@ DIRECT = {
 }
 
 
-def test_cheapest_together_is_not_cheapest_each():
+def test_cheapest_together_is_not_cheapest_each(monkeypatch):
     """The cheaper motor at the elbow is heavy, and asks for a dearer one at the shoulder; by hand, a light one is cheaper in all."""
     offers = [
         {"kind": "motor", "rotor_inertia": 0.0, "name": n, "mass": m, "price": p, "rated_torque": r}
@@ -134,6 +135,17 @@ def test_cheapest_together_is_not_cheapest_each():
         match=r"first: no motor of catalogue holds: the nearest is weak, whose rms torque has the utilisation 1\.51; asked is at most 1; .* together: weak \+ light",
     ):
         ksl.size(level(), DIRECT, choose={"component": offers[:3]})
+    mixed = {"choose": [DIRECT["choose"][0], DIRECT["choose"][1] | {"by": "mass"}]}
+    said = []
+    for asked, few, most in ((mixed, offers, 2000), (DIRECT, offers, 2), (DIRECT, [offers[3] | {"mass": 1.0}], 2000)):
+        monkeypatch.setattr("ksl.sizing.choice.together.MOST", most)
+        said.append(ksl.size(level(), asked, choose={"component": few}).selection.together)
+    assert said == [Together((), 0.0, 0.0, "", 0, False), Together((), 0.0, 600.0, "price", 2, False), Together((), 0.0, 1000.0, "price", 0, True)]
+    assert [s.sentence[:40] for s in said] == [
+        "each joint has its own choice, some by m",
+        "each joint has its own cheapest; the fir",
+        "no combination has less: the choice join",
+    ]
 
 
 def test_a_counterweight_does_not_settle():

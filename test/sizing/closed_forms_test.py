@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from ksl.load_cases.case_file import cases_of_text
+from ksl.load_cases.case_files.case_file import cases_of_text
 from ksl.sizing.results import Results
 from results_tables import results_table
 

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from ksl.base.errors import SizingError
 from ksl.base.toml_lines import line_of, toml_lines
-from ksl.sizing.bolt_numbers import OF_BOLT
+from ksl.sizing.catalogue.bolt_numbers import OF_BOLT
 from ksl.sizing.catalogue.catalogue import KINDS
-from ksl.sizing.components import components_of, read_components
-from ksl.sizing.example import example_file
+from ksl.sizing.catalogue.catalogue_stiffness import OF_STIFFNESS
+from ksl.sizing.catalogue.components import components_of, read_components
+from ksl.sizing.catalogue.example import example_file
 from results_tables import made_table, results_table
 
 ABSENT = object()
@@ -109,6 +110,7 @@ def test_a_file_that_is_not_there(tmp_path):
     [
         ('robot = "ur5"\n\n[[component]]\njoint = "panda_joint2"\n' + GEAR, "is for the robot 'ur5'.*results of 'panda'"),
         ('[[component]]\njoint = "panda_joint22"\n' + GEAR, ":2: no joint named 'panda_joint22'; did you mean 'panda_joint2'"),
+        (HEAD + GEAR + "[stiffness.panda_joint22]\naxial = 1e7\n", ":7: no joint named 'panda_joint22'; did you mean 'panda_joint2'"),
         (HEAD + GEAR + "[cases]\nsvay = 3\n", ":8: no case named 'svay'; did you mean 'sway'"),
         ('[[component]]\njoint = "base"\n' + GEAR, ":2: a strain wave gear sits on a joint that turns about one axis, and base is fixed"),
         (
@@ -174,7 +176,7 @@ def test_the_example_has_every_kind_and_key_and_can_be_used(file, table):
     assert [p.kind.name for p in parts] == list(KINDS) and 'joint = "SLIDING_JOINT"' in example_file()
     for part in parts:
         for key in part.kind.keys:
-            assert key.name in part.values or key.name in ("points", "load_factor", *OF_BOLT), (part.name, key.name)
+            assert key.name in part.values or key.name in ("points", "load_factor", *OF_BOLT, *OF_STIFFNESS), (part.name, key.name)
     sizing = ksl.size(table, file(used))
     assert {f.kind for f in sizing.figures} == set(KINDS) - sliding and not sizing.left_out
 

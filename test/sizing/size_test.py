@@ -14,7 +14,7 @@ import pytest
 from growth import work
 from ksl.base.errors import SizingError
 from ksl.motions.reading import read_motion
-from ksl.sizing.example import example_file
+from ksl.sizing.catalogue.example import example_file
 from results_tables import results_table
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -37,6 +37,10 @@ def test_external_wrenches_and_where_there_is_none():
     none = m.equilibrium([0.1], tau=[30.0])
     assert not none.converged and none.reason == "not found" and not none.stable
     np.testing.assert_allclose(none.residual, [30.0 + 9.81 * math.cos(none.q[0])], rtol=1e-12)
+    light = m.with_gravity(1e-14 * np.array(m.gravity))
+    assert light.equilibrium([0.1], tau=[30e-14]).reason == "not found" and light.equilibrium([1.0]).reason == "at rest", "whatever the unit of force"
+    near = m.equilibrium([0.001], tau=[-9.8])  # about level the stiffness is next to none: shorter steps are taken
+    assert near.converged and 9.81 * math.cos(near.q[0]) == pytest.approx(9.8, rel=1e-12)
 
 
 def test_a_closed_mechanism_rests_where_its_drive_holds_it_and_nearest_to_where_it_was():

@@ -103,7 +103,7 @@ def test_deflections_are_said_with_their_shares():
 
 BAD = {
     "modes needs stiffnesses: --stiffness FILE.toml": ["modes", "arm.urdf"],
-    "bad.toml: stiffness of joint elbow has key='torsion'; expected one of": ["modes", "arm.urdf", "--stiffness", "bad.toml"],
+    "bad.toml: stiffness of joint elbow has key='torsion'; did you mean 'torsional'? expected one of": ["modes", "arm.urdf", "--stiffness", "bad.toml"],
     "none.toml: arm: no joint named 'elbw'; did you mean": ["modes", "arm.urdf", "--stiffness", "none.toml"],
     "--grid elbow=0:1: expected JOINT=FROM:TO:N": ["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "elbow=0:1"],
     "--grid elbow=…: is given twice": ["modes", "arm.urdf", "--stiffness", "s.toml", "--grid", "elbow=0:1:2", "--grid", "elbow=0:1:2"],

@@ -38,6 +38,14 @@ def test_a_chain_bends_as_a_beam_does_and_errs_as_the_square_of_its_pieces():
     np.testing.assert_allclose(errors[0] / errors[1], 4, rtol=0.05)
 
 
+def test_rotors_turn_with_their_gears_and_armatures_as_they_are():
+    """√(k / (I + armature + J N²)) / 2π, and of these what physics name."""
+    b = ksl.Builder("wheel").add_link("ground").add_link("wheel", 1.0, (0, 0, 0), np.eye(3) * 0.3)
+    b.add_joint("turn", "revolute", "ground", "wheel", axis=(0, 0, 1), armature=0.05, rotor_inertia=1e-3, gear_ratio=20.0)
+    for physics, inertia in (([], 0.3), (["armature"], 0.35), (["rotor"], 0.7), (["armature", "rotor"], 0.75)):
+        assert b.build(physics=physics).modes([0.4], stiffness={"turn": 900.0}).frequencies == pytest.approx([hertz(900.0, inertia)], rel=1e-12)
+
+
 def arm():
     """Three joints with oblique axes, of three kinds, and a welded tool."""
     b = ksl.Builder("arm").add_link("ground")
@@ -216,8 +224,13 @@ def test_a_floating_base_is_free():
         ({"j9": 1.0}, "no joint named 'j9'"),
         ({"j0": -1.0}, "stiffness of joint j0: found \\[-1.0\\]; every stiffness is positive, 0 where nothing resists, or inf"),
         ({"j0": {"torsion": 1.0}}, "stiffness of joint j0 has key"),
-        ({"weld": {"axial": 1.0}}, "stiffness of joint weld: the joint has no axis; give six numbers"),
+        ({"weld": {"axial": 1.0}}, "stiffness of joint weld: the joint has no axis; give axis = \\[x, y, z\\] beside"),
         ({"weld": 5.0}, "stiffness of joint weld: the joint has no axis"),
+        ({"weld": {"axial": 1.0, "axis": [0, 0, 0]}}, "expected a direction and a point, m"),
+        ({"weld": {"axial": 1.0, "axis": [0, 0, 1], "at": [0, 30, 40]}}, "it acts 50 m from the joint's origin; lengths are in metres: 50 mm are 0.05"),
+        ({"j0": {"axial": 1.0, "position": -20}}, "it acts 20 m from the joint's origin"),
+        ({"j0": {"torsional": 1.0}}, "torsional is about the axis, and a revolute joint turns about it; give motion"),
+        ({"j0": {"axial": 1.0, "at": [0, 0, 1]}}, "at is for joints without an axis, and j0 has one; give position"),
         ({"j0": np.nan}, "every stiffness is positive"),
         ({"joint:j0": 1.0, "j0": 2.0}, "stiffness of joint j0: it is given twice"),
         ({"j0": np.ones(5)}, "stiffness of joint j0, one number, six, or \\(6, 6\\)"),

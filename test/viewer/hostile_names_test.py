@@ -14,14 +14,15 @@ pytest.importorskip("viser", reason="the package viser is not installed")
 PYTHON = Path(ksl.__file__).parent
 
 SURFACES = {
-    "report/page.py": "report.html",
+    "report/html/page.py": "report.html",
     "report/loads_run.py": "run in a notebook",
-    "sizing/sizing.py": "sizing in a notebook",
+    "sizing/joints/sizing.py": "sizing in a notebook",
     "viewer/notebook.py": "model in a notebook",
     "viewer/live.py": "live page, and viewer in a notebook",
+    "viewer/controls.py": "live page, and viewer in a notebook",
     "viewer/export.py": "exported file",
     "viewer/still.py": "figure of plotly",
-    "report/stills.py": "report.html",
+    "report/html/stills.py": "report.html",
     "model/model.py": "model in a notebook",
 }
 """Modules that make pages, and what the tests below call their pages.  A new one must enter."""
@@ -112,7 +113,7 @@ def test_report_and_notebook(hostile, watched):
         "they are read as they are"
     )
     from ksl.sizing.figures import Figure
-    from ksl.sizing.sizing import Sizing
+    from ksl.sizing.joints.sizing import Sizing
 
     figure = Figure(
         **dict.fromkeys(Figure.__dataclass_fields__, "")
@@ -139,7 +140,7 @@ def test_report_and_notebook(hostile, watched):
 def test_figure_of_plotly(hostile, watched):
     import json
 
-    from ksl.report.page import _plotly
+    from ksl.report.html.page import _plotly
     from ksl.viewer.scene import make_scene
     from ksl.viewer.still import still
 

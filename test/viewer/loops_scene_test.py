@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from ksl.viewer.closing import led_coordinates, moved_to
 from ksl.viewer.export import _legend
-from ksl.viewer.live import coordinates
+from ksl.viewer.controls import coordinates
 from ksl.viewer.readout import Choice, readout, wrench_at
 from ksl.viewer.results_scene import scene_of_motion
 from ksl.viewer.scene import make_scene, resting_position

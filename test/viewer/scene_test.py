@@ -1,5 +1,6 @@
 """The scene: closed forms of a planar arm, surfaces of links, meshes and where they are found."""
 
+import base64
 import json
 import math
 import warnings
@@ -8,12 +9,15 @@ from pathlib import Path
 import ksl
 import numpy as np
 import pytest
-from ksl.load_cases.case_file import cases_of_text
+from ksl.load_cases.case_files.case_file import cases_of_text
 from ksl.robot_files.mesh_files import find_mesh
 from ksl.load_cases.results_table import read_results
 from ksl.viewer.results_scene import scene_of_motion, scene_of_results
-from ksl.viewer.scene import make_scene, resting_position, thinned
+from ksl.viewer.scene import ELEMENT, make_scene, resting_position, thinned
+from ksl.viewer.scene_tree import Shown, Stage, legend
 from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified
+from ksl.viewer.still import still
+from ksl.viewer.viser_server import start_server, stop_server
 from ksl.viewer.visuals import appearance, inertia_ellipsoid
 from text_that_is_none import damaged_text
 
@@ -31,6 +35,30 @@ def test_wrenches_of_the_arm_held_level(arm):
     assert np.isnan(scene.utilisation[0, scene.joint_index("wrist")])
     np.testing.assert_allclose(scene.origins[0, [shoulder, elbow, scene.joint_index("wrist")]], [[0, 0, 0], [1, 0, 0], [1.6, 0, 0]], atol=1e-15)
     np.testing.assert_allclose(scene.centre_of_mass[0], [2.3 / 3, 0, 0], atol=1e-15)
+
+
+def test_springs_between_points_are_lines_that_follow_the_links(arm):
+    b = ksl.Builder("sprung").add_link("ground").add_link("upper", 1.0, (0, 0, 0), np.eye(3)).add_link("lower", 1.0, (0, 0, 0), np.eye(3))
+    b.add_joint("shoulder", "revolute", "ground", "upper", axis=(0, -1, 0)).add_joint("elbow", "revolute", "upper", "lower", xyz=(1, 0, 0), axis=(0, -1, 0))
+    m = b.add_force_element("spring", "ground", (0.5, 0, 2), "lower", (0.3, 0, 0.1), stiffness=100.0).build()
+    scene = make_scene(m, [[0.0, 0.0], [math.pi / 2, -math.pi / 2]], time=[0.0, 1.0])
+    np.testing.assert_allclose(scene.force_elements(0), [[[0.5, 0, 2], [1.3, 0, 0.1]]], atol=1e-12)
+    np.testing.assert_allclose(scene.force_elements(1), [[[0.5, 0, 2], [0.3, 0, 1.1]]], atol=1e-12)
+    assert scene.bounds(0)[1][2] == 2, "a camera sees them"
+    assert [text for colour, text in legend(scene) if colour == ELEMENT] == [
+        "springs, dampers and cylinders between points, which don't act: physics doesn't name force elements"
+    ]
+    acting = make_scene(m.with_physics("force elements"), [0.0, 0.0])
+    assert (ELEMENT, "springs, dampers and cylinders between points") in legend(acting) and not make_scene(arm, [0.0, 0.0]).force_elements(0).size
+    drawn = np.frombuffer(base64.b64decode(still(scene, 0)["data"][0]["z"]["bdata"]), "<f4")
+    assert drawn.max() == pytest.approx(2, abs=0.02), "nothing else is so high"
+    server, _ = start_server(None, "arm")
+    try:
+        stage = Stage(server, scene, Shown())
+        stage.show(scene, 1)
+        np.testing.assert_allclose(stage._elements.points, scene.force_elements(1), atol=1e-6)
+    finally:
+        stop_server(server)
 
 
 def test_poses_and_wrenches_of_a_motion_are_those_of_single_calls(arm, swing):
@@ -180,6 +208,26 @@ def test_a_mesh_is_found_scaled_and_moved(robot, tmp_path):
         assert not look.notes
         vertices = look.shapes["b"][0].vertices
         np.testing.assert_allclose([vertices.min(axis=0), vertices.max(axis=0)], [[0, 0, 1], [0.1, 0.1, 1.2]], atol=1e-9)
+
+
+def test_pictures_of_materials_are_bounded(robot, tmp_path, monkeypatch):
+    """Only colours of materials are drawn; half a megabyte of PNG may be a gigabyte of points."""
+    pytest.importorskip("trimesh")
+    Image, bounds = pytest.importorskip("PIL.Image"), []
+    before, opened = Image.MAX_IMAGE_PIXELS, Image.open
+    Image.new("RGB", (100, 100)).save(tmp_path / "t.png")
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\nmap_Kd t.png\n")
+    (tmp_path / "t.obj").write_text("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\n")
+
+    def watched(*given, **options):
+        bounds.append(Image.MAX_IMAGE_PIXELS)
+        return opened(*given, **options)
+
+    monkeypatch.setattr(Image, "open", watched)
+    monkeypatch.setattr("ksl.viewer.visuals.PICTURE", 5000)
+    look = appearance(robot(MESHED.format("t.obj")))
+    assert not look.notes and look.shapes["b"][0].colour == (1.0, 0.0, 0.0)
+    assert set(bounds) == {2500} and before == Image.MAX_IMAGE_PIXELS
 
 
 def test_what_cannot_be_drawn_is_said_and_becomes_an_ellipsoid(robot, tmp_path):

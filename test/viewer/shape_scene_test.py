@@ -1,13 +1,18 @@
 """Shapes of modes as scenes: links sway about the pose along their twists."""
 
+import threading
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 from scipy.spatial.transform import Rotation
 
 import ksl
 from ksl_command import run_ksl
 
 pytest.importorskip("viser")
+from ksl.commands.app import app
+from ksl.viewer.live import Viewer
 from ksl.viewer.shape_scene import PERIOD, SWAY, scene_of_shape
 
 
@@ -31,6 +36,45 @@ def test_a_hinge_sways_as_a_motion_does():
     assert np.abs(off).max() < np.abs(angles).max() ** 2, "a tip moves along its twist, which is that of the first order"
     assert not scene.constraint.any() and scene.unloaded == "mode 1"
     assert np.isfinite(scene_of_shape(m, q, np.zeros((3, 6)), "nothing").poses).all()
+
+
+def test_a_page_plays_the_mode_that_is_chosen_again_and_again():
+    m, q = arm(), np.array([0.4])
+    found = m.modes(q, stiffness={"hinge": {"motion": 50.0, "axial": 3e4}})
+    with m.show(q, modes=found, browser=False) as page:
+        assert page.playing and list(page.scenes) == [f"mode {k}, {f:.4g} Hz" for k, f in enumerate(found.frequencies, 1)]
+        page.choose(list(page.scenes)[1])
+        assert page.scene is page.scenes[list(page.scenes)[1]] and page.scene.unloaded.startswith("mode 2, ")
+        page.play(8)
+        soon(lambda: page.sample > 40)
+        soon(lambda: page.sample < 40)
+        assert page.playing, "it begins again"
+    for options, said in (({"q": q, "v": [0.0]}, "v and modes: shapes"), ({}, "modes without q")):
+        with pytest.raises(ValueError, match=said):
+            m.show(**options, modes=found, browser=False)
+    other = ksl.load_string('<robot name="other"><link name="a"/></robot>')
+    for robot, pose, given, said in ((m, q, 3, "modes is int; expected"), (other, [], found, "modes: have shapes of 3 links, and other has 1")):
+        with pytest.raises(ValueError, match=said):
+            robot.show(pose, modes=given, browser=False)
+    with pytest.raises(ValueError, match="modes: there is none"):
+        m.show(q, modes=m.modes(q, stiffness={}), browser=False)
+
+
+def soon(seen):
+    while not seen():
+        threading.Event().wait(0.01)
+
+
+def test_the_command_shows_a_page(tmp_path, monkeypatch):
+    import ksl.commands  # noqa: F401  the commands
+
+    (tmp_path / "arm.urdf").write_text(arm().to_urdf())
+    (tmp_path / "s.toml").write_text("hinge = 50.0\n")
+    seen = []
+    monkeypatch.setattr(Viewer, "wait", lambda page: seen.append(list(page.scenes)))
+    monkeypatch.setattr(Viewer, "open", lambda page: True)
+    done = CliRunner().invoke(app, ["modes", str(tmp_path / "arm.urdf"), "--stiffness", str(tmp_path / "s.toml"), "--show"])
+    assert done.exit_code == 0 and "shows arm; Ctrl-C ends" in done.output and len(seen) == 1 and seen[0][0].startswith("mode 1, 1.3")
 
 
 def test_the_command_writes_a_page(tmp_path):

@@ -61,6 +61,8 @@
 #undef KSL_FABS
 #undef KSL_SIN
 #undef KSL_COS
+#undef KSL_SIN_WITH_HALF
+#undef KSL_HALF_SIN_COS
 #undef KSL_ATAN2
 #undef KSL_FMA
 #undef KSL_FMOD
@@ -151,6 +153,8 @@
 #define KSL_SIN math::sin
 #define KSL_COS math::cos
 #define KSL_ATAN2 math::atan2
+#define KSL_SIN_WITH_HALF ksl::sine_with_half<math>
+#define KSL_HALF_SIN_COS ksl::half_sine_cosine<math>
 
 #else
 
@@ -172,6 +176,12 @@
 #pragma pop_macro("plucker")
 #undef KSL_NAMES_OPEN
 
+#endif
+
+/* The sine of an angle and of its half, and sine and cosine of the half: a scalar may have all three at once. */
+#if KSL_NAMES == KSL_NAMES_DOUBLE || KSL_NAMES == KSL_NAMES_FLOAT
+#define KSL_SIN_WITH_HALF(x, sine, half) (*(sine) = KSL_SIN(x), *(half) = KSL_SIN((real)0.5 * (x)))
+#define KSL_HALF_SIN_COS(x, sine, cosine) (*(sine) = KSL_SIN((real)0.5 * (x)), *(cosine) = KSL_COS((real)0.5 * (x)))
 #endif
 
 #undef KSL_NAMES

@@ -5,7 +5,7 @@ start, since `import ksl` imports it.
 """
 
 FUNCTIONS: dict[str, str] = {}
-"""{method of `ksl.Model`: the function that computes it, as "module:function"}; the function takes the model first."""
+"""{method of `ksl.Model`: the function that computes it, as "module:function"}; the function takes the model first.  And {what is read: the function that takes a file}."""
 
 
 def function_of(method: str):  # type: ignore[no-untyped-def]  # typing takes longer to import than everything here

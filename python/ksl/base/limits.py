@@ -38,6 +38,22 @@ PART_BYTES = 1 << 28
 """Bytes of the mesh of a part, some four million nodes: more than a solver of this kind takes."""
 USD_BYTES = 1 << 30
 """Bytes of a USD file, which may hold meshes."""
+USD_PRIMS = 1 << 21
+"""Prims of a USD stage, those of instances too: instances of instances make any number of a short text."""
+USD_LAYERS = 1000
+"""Sublayers of a layer of USD, those of sublayers too, each as often as it is named."""
+USD_SECONDS = 300
+"""Processor seconds that commands give Pixar's library for a stage, where the system can end what takes longer: short texts may ask it for any amount of work."""
+HEIGHT_FIELD = 1 << 26
+"""Numbers of the height fields of an MJCF file, whose sizes its text or a small picture gives: a few words may ask MuJoCo for any amount of memory."""
+TEXTURE = 1 << 26
+"""Points of the textures of an MJCF file, likewise: some 200 MB."""
+PICTURE = 1 << 25
+"""Points of a picture that a mesh file has, unpacked."""
+MESH_ARCHIVE = 1 << 28
+"""Bytes of a mesh file that is an archive, unpacked."""
+MJCF_COPIES = 100_000
+"""Elements that `replicate` makes of an MJCF file's, and points of its grids: as many as a model has links."""
 ATTRIBUTES = 1000
 """Attributes of one element of a robot file.  The loader reads as many; `ksl check` doesn't look into the values of more."""
 NAMESPACE_LENGTH = 1000

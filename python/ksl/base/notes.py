@@ -17,6 +17,7 @@ class Kind(Enum):
     HELD = "a load case at rest"
     SIMULATED = "a load case whose motion is computed"
     QUATERNION = "a quaternion that was normalised"
+    STIFFNESS = "a stiffness that a model made from another one doesn't have"
 
 
 class Note(str):
@@ -50,7 +51,7 @@ class Note(str):
 
 
 def of_kind(notes: Iterable[str], *kinds: Kind) -> list[Note]:
-    """Those that are of these kinds."""
+    """The notes of these kinds, in order."""
     return [note for note in notes if isinstance(note, Note) and note.kind in kinds]
 
 

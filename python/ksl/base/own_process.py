@@ -20,6 +20,12 @@ sys.path[:] = given.pop("sys.path")
 if sys.platform == "linux":
     import ctypes
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # where its parent is killed
+seconds = given.pop("processor seconds")
+if seconds is not None and sys.platform != "win32":
+    import resource
+    hardest = resource.getrlimit(resource.RLIMIT_CPU)[1]
+    if hardest == resource.RLIM_INFINITY or seconds < hardest:
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, hardest))
 answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 def say(**message):
@@ -54,15 +60,20 @@ def is_possible() -> bool:
 
 
 def run(
-    program: str, given: dict[str, Any], answer: Callable[[dict[str, Any]], object] | None = None, meanwhile: Callable[[], object] | None = None
+    program: str,
+    given: dict[str, Any],
+    answer: Callable[[dict[str, Any]], object] | None = None,
+    meanwhile: Callable[[], object] | None = None,
+    seconds: int | None = None,
 ) -> dict[str, Any]:
     """What a Python program says last.  Raises :class:`Ended` where it says nothing; what interrupts the wait ends the process.
 
     answer: of questions that it asks by `say(ask=…)`, which it reads from standard input as a line of JSON.  meanwhile: called while it runs.
+    seconds: of processor time, after which the system ends it, where it can.
     What the library prints on standard error, past Python, is in the result as `printed`.
     """
     with tempfile.TemporaryFile() as printed:
-        last = _last_word(program, given, answer, meanwhile, printed)
+        last = _last_word(program, given | {"processor seconds": seconds}, answer, meanwhile, printed)
         printed.seek(0)
         return last | {"printed": printed.read(MOST_PRINTED).decode("utf-8", "replace")}
 
@@ -88,7 +99,7 @@ def _last_word(
             pass
         status = process.wait()
         if last is None or "ask" in last:
-            raise Ended(_why(status))
+            raise Ended(_why(status, given["processor seconds"]))
         return last
     finally:
         process.kill()
@@ -101,7 +112,9 @@ def _last_word(
                     pass
 
 
-def _why(status: int) -> str:
+def _why(status: int, seconds: int | None) -> str:
+    if seconds is not None and status < 0 and _name(-status) == "SIGXCPU":
+        return f"it took more than {seconds} s of processor time, which are the most that it gets; give a smaller file"
     if status == -9:
         return "it was killed (signal 9), most likely since memory ran out; give a smaller file"
     if status < 0:

@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+_ELSEWHERE = (
+    "which this call can't reach; m.compile([…], device='cuda') makes calls that do, or move it to the processor's memory: .cpu() in torch, .get() in CuPy"
+)
 _WORDS = {"M": "dates", "m": "durations", "S": "bytes", "U": "texts", "V": "records"}
 
 
@@ -29,6 +32,8 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
 
     Taken are lists, tuples, and arrays of any library with DLPack or NumPy's protocol; objects if each is a real number (Decimal, Fraction).
     """
+    if type(x) is np.ndarray and x.dtype.kind == "f":  # as most are
+        return x
     try:
         array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
         return _real(x, array)
@@ -41,7 +46,9 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
             mend = "ksl.torch.differentiable(model) and ksl.jax.differentiable(model) have calls that differentiate"
             raise ValueError(f"{what} is differentiated or traced by torch or JAX, for which it would be a constant here; {mend}") from None
         if (device := getattr(x, "device", None)) is not None and "cpu" not in str(device).lower():
-            raise ValueError(f"{what} is on {device}, which KSL can't reach; move it to the processor's memory: .cpu() in torch, .get() in CuPy") from None
+            raise ValueError(f"{what} is on {device}, {_ELSEWHERE}") from None
+        if hasattr(x, "__cuda_array_interface__"):
+            raise ValueError(f"{what} is on a card, {_ELSEWHERE}") from None
         shown = repr(x)
         shown = shown if len(shown) <= 60 and shown.isprintable() else type(x).__name__
         raise ValueError(f"{what} is {shown}; expected numbers, in an array or what can become one") from None

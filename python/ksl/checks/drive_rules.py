@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ksl.checks.robot import RobotFile
+from ksl.checks.description.robot import RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.drivetrain.actuation import Actuation
 from ksl.drivetrain.judged_limits import JudgedLimit, judged_limits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.checks.robot import Array, Link, RobotFile, Shape
+from ksl.checks.description.robot import Array, Link, RobotFile, Shape
 from ksl.robot_files.mesh_files import find_mesh, mesh_bounds
 
 

@@ -8,12 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from ksl.base import limits
-from ksl.checks.findings import Repair
-from ksl.checks.repair import Strangers
-from ksl.checks.robot import Note, RobotFile
+from ksl.checks.description.findings import Repair
+from ksl.checks.description.repair import Strangers
+from ksl.checks.description.robot import Note, RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, MANY, OPAQUE, SHARED
-from ksl.checks.xml_file import children
+from ksl.checks.description.vocabulary import ATTRIBUTES, ELEMENTS, MANY, OPAQUE, SHARED
+from ksl.checks.description.xml_file import children
 from ksl.mechanism.core_sentences import place_and_rest
 
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.checks.extent import link_box
-from ksl.checks.findings import Repair
+from ksl.checks.description.findings import Repair
 from ksl.checks.inertia_rules import TOLERANCE, placeholders, principal_moments, usable
-from ksl.checks.repair import digits, shown
-from ksl.checks.robot import Array, Inertial, Link, RobotFile
+from ksl.checks.description.repair import digits, shown
+from ksl.checks.description.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 MARGIN = 0.25

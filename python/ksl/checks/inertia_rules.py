@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksl.base.words import listed
-from ksl.checks.findings import Repair, Severity
-from ksl.checks.repair import digits, shown
-from ksl.checks.robot import Array, Inertial, Link, RobotFile
+from ksl.checks.description.findings import Repair, Severity
+from ksl.checks.description.repair import digits, shown
+from ksl.checks.description.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 TOLERANCE = 1e-6

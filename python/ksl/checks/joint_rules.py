@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ksl.checks.findings import Repair
-from ksl.checks.repair import digits, remove, set_attribute, shown
-from ksl.checks.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
+from ksl.checks.description.findings import Repair
+from ksl.checks.description.repair import digits, remove, set_attribute, shown
+from ksl.checks.description.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.checks.xml_file import children, line_of, to_float
+from ksl.checks.description.xml_file import children, line_of, to_float
 
 CLOSES = "Positions of joints that close loops are no coordinates, and their efforts no drives'. Which joint of a loop that is doesn't change its motion."
 CUT_ELSEWHERE = "State another joint of the loop as the one that closes it, and this one by <joint>; or name another drive, --drives."

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ksl.checks.findings import Repair
-from ksl.checks.repair import digits, shown
-from ksl.checks.robot import Joint, RobotFile
+from ksl.checks.description.findings import Repair
+from ksl.checks.description.repair import digits, shown
+from ksl.checks.description.robot import Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.mechanism.joint_kinds import KINDS
 

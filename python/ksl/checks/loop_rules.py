@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from ksl.checks.loop_advice import Advice, Group, advice, components, groups, is_across_a_plane, turn_about_one_direction
-from ksl.checks.loop_positions import LoopPositions, moving
-from ksl.checks.robot import RobotFile
+from ksl.checks.description.loop_positions import LoopPositions, moving
+from ksl.checks.description.robot import RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.mechanism.freedoms import leads
+from ksl.mechanism.freedoms import idle_bodies, leads
 from ksl.mechanism.loops import TOLERANCES
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.mechanism.joint_kinds import units_of
@@ -245,7 +245,7 @@ def loop_drives_unknown(robot: RobotFile) -> Iterator[Broken]:
     "loop-drives",
     "warning",
     condition="A mechanism with loops has as many drives as freedoms, and they determine its motion.",
-    cause="A motor that the file doesn't name, a rod that turns about itself between two ball joints, or a passive joint that is named as a drive.",
+    cause="A motor that the file doesn't name, a rod that turns about itself between two ball joints and whose mass is to one side, or a passive joint that is named as a drive.",
     repair="Name the drives when the file is loaded (--drives, drives= in Python), or correct what the file says of them.",
 )
 def loop_drives(robot: RobotFile) -> Iterator[Broken]:
@@ -255,11 +255,13 @@ def loop_drives(robot: RobotFile) -> Iterator[Broken]:
     model, drives = loops.model, loops.model.drives
     held = [joint for joint in model.joints if joint.nv and leads(model, joint)]
     driven = [row for joint in held for row in range(joint.v_index, joint.v_index + joint.nv)]
-    least = [(motions.shape[1] - _rank(motions[driven]), motions) for motions in map(loops.motions, loops.positions)]
+    idle = idle_bodies(model)  # which need none
+    least = [(motions.shape[1] - idle - _rank(motions[driven]), motions) for motions in map(loops.motions, loops.positions)]
     left, motions = min(least, key=lambda item: item[0])  # a dead centre of the drives is no lack of them
     loop = model.loops[0]
     named = f"{len(drives)} drive{'s' if len(drives) != 1 else ''}, {_list(drives)}, " if drives else "no drive "
-    has = f"for {motions.shape[1]} freedom{'s' if motions.shape[1] != 1 else ''}"
+    freedoms = motions.shape[1] - idle
+    has = f"for {freedoms} freedom{'s' if freedoms != 1 else ''}"
     if left:
         loose = _left_moving(loops, motions, driven)
         found = f"{named}{has}: with the drives at rest {left} {'is' if left == 1 else 'are'} left, of {_list(loose)}"
@@ -268,7 +270,7 @@ def loop_drives(robot: RobotFile) -> Iterator[Broken]:
         loose = _left_moving(loops, least[0][1], driven)
         found = f"{named}{has}: a dead centre at the closed position nearest to zero, where {_list(loose)} can move with the drives at rest"
         yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(least[0][0]), DEAD_CENTRE, "Start motions elsewhere.", "note")
-    elif surplus := len(driven) - motions.shape[1]:
+    elif surplus := len(driven) - freedoms:
         repair = "Nothing, if the motors work against each other. Efforts are then those of least norm. Otherwise name fewer drives."
         found = f"{named}{has}: {surplus} more than the motion needs"
         yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(-surplus), SURPLUS, repair, "note")

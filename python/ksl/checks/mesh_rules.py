@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ksl.checks.extent import shape_box
-from ksl.checks.findings import Repair
-from ksl.checks.repair import digits, set_attribute, shown
-from ksl.checks.robot import Link, RobotFile, Shape
+from ksl.checks.description.findings import Repair
+from ksl.checks.description.repair import digits, set_attribute, shown
+from ksl.checks.description.robot import Link, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
 from ksl.robot_files.mesh_files import find_mesh, mesh_fault, package_folders, package_of, path_of_uri, same_but_for_capitals
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
-from ksl.checks.findings import Repair
-from ksl.checks.robot import Joint, Link, RobotFile
+from ksl.checks.description.findings import Repair
+from ksl.checks.description.robot import Joint, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 Kind = Literal["link", "joint"]

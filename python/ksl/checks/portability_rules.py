@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
-from ksl.checks.findings import Repair
-from ksl.checks.robot import RobotFile
+from ksl.checks.description.findings import Repair
+from ksl.checks.description.robot import RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.checks.tags import elements
-from ksl.checks.xml_file import children
+from ksl.checks.description.tags import elements
+from ksl.checks.description.xml_file import children
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -44,7 +44,7 @@ _SUSPECT = re.compile(r"(?:xyz|rpy|size|scale|rgba)\s*=\s*(?:\"[^\"<]*[\t\n\r]|'
 """Without it no element has to be looked at."""
 
 BLANKS = " \t\r\n"
-"""Those of XML."""
+"""White space in XML."""
 Place = Literal["link", "joint", ""]
 
 

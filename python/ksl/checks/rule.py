@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from ksl.checks.findings import Finding, Repair, Severity
+from ksl.checks.description.findings import Finding, Repair, Severity
 
 if TYPE_CHECKING:
-    from ksl.checks.robot import RobotFile
+    from ksl.checks.description.robot import RobotFile
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,10 @@ from ksl.checks import (
     symmetry_rules,
     tree_rules,
 )
-from ksl.checks.findings import Finding, Findings
-from ksl.checks.robot import RobotFile
+from ksl.checks.description.findings import Finding, Findings, mend
+from ksl.checks.description.robot import RobotFile
 from ksl.checks.rule import Rule
-from ksl.checks.xml_file import parse, parse_bytes
+from ksl.checks.description.xml_file import parse, parse_bytes
 from ksl.robot_files.xacro_files import EXPANDED, expanded, with_packages
 from ksl.mechanism.requests import one_of
 
@@ -83,7 +83,7 @@ def check(
     loops, drives: as :func:`ksl.load` takes them: a TOML file with joints that close loops, and the joints that have motors.
     floating_base, mimic, strict, model: as :func:`ksl.load` takes them.  Of an SDF file with several models only that of this name is checked.
     xacro, packages: as :func:`ksl.load` takes them: arguments of a xacro file, which is run.  Lines are then those of the text that it makes.
-    Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow
+    Returns the findings, errors first: a sequence of :class:`ksl.checks.description.findings.Finding`, with `table` as an Arrow
     table.
     Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
     the first bytes of
@@ -132,7 +132,7 @@ def fix(
     Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be
     written.
     """
-    from ksl.checks.write import write_tree
+    from ksl.checks.description.write import write_tree
 
     ignored = [ignore] if isinstance(ignore, str) else list(ignore)
     packages = [package_paths] if isinstance(package_paths, str) else list(package_paths)
@@ -145,10 +145,7 @@ def fix(
         first = robot.syntax[0]
         way_out = ", or accept xml-syntax (--accept xml-syntax)" if robot.mended else ", since what it hides would be lost"
         raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first{way_out}")
-    changes = []
-    for finding in _findings(robot, left_out):
-        if finding._fix is not None and (finding.fixable or finding.rule in accepted):
-            changes.append((finding, finding._fix()))
+    changes = [(finding, change) for finding in _findings(robot, left_out) if (change := mend(finding, accepted)) is not None]
     write_tree(robot, Path(out), force)
     return Fixed(
         str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry, loops=loops, drives=drives, **reading)
@@ -205,7 +202,7 @@ def findings_of_bytes(data: bytes, path: str = "robot.urdf") -> Findings:
 
 def robot_of_bytes(data: bytes, path: str = "robot.urdf") -> RobotFile:
     """The contents of a file as the rules see them, without what the loader says.  Raises DescriptionError."""
-    from ksl.checks.xml_file import check_xml, parse_bytes
+    from ksl.checks.description.xml_file import check_xml, parse_bytes
 
     robot = RobotFile(Path(path))
     check_xml(data, robot.path)
@@ -220,17 +217,17 @@ def _fill(robot: RobotFile, load: bool = True) -> None:
     if not load and tag == "mujoco":
         return  # MuJoCo's compiler reads it
     if tag == "robot":
-        from ksl.checks.read_urdf import read_urdf
+        from ksl.checks.description.read_urdf import read_urdf
 
         robot.format = "urdf"
         read_urdf(robot)
     elif tag == "sdf":
-        from ksl.checks.read_sdf import read_sdf
+        from ksl.checks.description.read_sdf import read_sdf
 
         robot.format = "sdf"
         read_sdf(robot)
     elif tag == "mujoco":
-        from ksl.checks.read_mjcf import read_mjcf
+        from ksl.checks.description.read_mjcf import read_mjcf
 
         robot.format = "mjcf"
         read_mjcf(robot)

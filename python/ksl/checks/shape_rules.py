@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksl.checks.inertia_rules import placeholders, usable
-from ksl.checks.repair import shown
-from ksl.checks.robot import Array, Inertial, Link, RobotFile
+from ksl.checks.description.repair import shown
+from ksl.checks.description.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 ROUND = 0.02

@@ -5,7 +5,7 @@ from __future__ import annotations
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from ksl.checks.findings import STATUS, Finding, Findings
+from ksl.checks.description.findings import STATUS, Finding, Findings
 
 if TYPE_CHECKING:
     from rich.console import Console

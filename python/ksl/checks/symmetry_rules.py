@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from ksl.checks.repair import shown
-from ksl.checks.robot import RobotFile
+from ksl.checks.description.repair import shown
+from ksl.checks.description.robot import RobotFile
 from ksl.checks.rule import Broken, rule
 
 WORDS = {"l": "r", "lf": "rf", "lh": "rh", "lm": "rm", "lr": "rr", "fl": "fr", "hl": "hr", "rl": "rr", "bl": "br", "ml": "mr"}

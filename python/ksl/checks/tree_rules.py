@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import dropwhile
 from typing import TYPE_CHECKING
 
-from ksl.checks.repair import Strangers, set_attribute
-from ksl.checks.robot import TYPES, URDF_TYPES, Joint, RobotFile
+from ksl.checks.description.repair import Strangers, set_attribute
+from ksl.checks.description.robot import TYPES, URDF_TYPES, Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from ksl.commands.app import GroupedOptions, app, command_line, console, fail, print_json, say
-from ksl.commands.options import Folder, Replace, Robot, RobotOptions, in_options, numbers, of_robot, read_model
+from ksl.commands.options import Folder, Replace, Robot, RobotOptions, in_options, named_number, numbers, of_robot, read_model
 
 if TYPE_CHECKING:
     from ksl.drivetrain.judged_limits import JudgedLimit
@@ -32,6 +32,13 @@ def actuation(
         str,
         typer.Option("--at", metavar="Q,Q", help="Positions of the joints, in their order, through which curves go, and at which the serial model is exact."),
     ] = "",
+    start: Annotated[
+        list[str],
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Where a joint is, rad or m, or 90deg, in the position that all is followed from (repeatable); others follow. By default near neutral.",
+        ),
+    ] = [],
     limits: Annotated[
         str, typer.Option(metavar="safe|mean", help="Limits of the serial model: the largest box that holds at every position, or the mean of boxes.")
     ] = "safe",
@@ -45,13 +52,17 @@ def actuation(
     mechanism as MJCF with its loops, and leg_maps.h and .c, the maps in both directions for firmware.
     """
     from ksl.output import OutputError
+    from ksl.commands.print_notes import print_unused
     from ksl.report.compute_actuation import compute_actuation
 
     names = [word.strip() for word in joints.split(",") if word.strip()]
     model = read_model(robot, how, {})
+    positions = dict(named_number(one, "--start") for one in start)
+    if len(positions) < len(start):
+        fail("--start: a joint is given twice; it has one position")
     at = numbers(pose, "--at", len(names)) if pose else None
     try:
-        run = compute_actuation(model, names, motion, check=check, at=at, limits=cast("Limits", limits), command=command_line())
+        run = compute_actuation(model, names, motion, check=check, at=at, limits=cast("Limits", limits), start=positions or None, command=command_line())
         written = run.write(output, force)
     except (ValueError, OutputError) as e:
         fail(in_options(e, joints=joints, limits=limits, at=pose))
@@ -59,6 +70,7 @@ def actuation(
         print_json([_row(row) for row in run.limits])
     else:
         _print(run, output, written)
+        print_unused(console(120), model)
 
 
 def _row(row: JudgedLimit) -> dict[str, object]:
@@ -70,7 +82,7 @@ def _print(run: ActuationRun, output: Path, written: list[str]) -> None:
     out, a = console(120), run.actuation
     say(out, f"{', '.join(a.joints)} by {', '.join(a.motors)}")
     for row in run.limits:
-        if row.judgement in ("too large", "partly too large"):
+        if row.judgement in ("too large", "partly too large", "not judged"):
             say(out, f"{row.file}: joint {row.joint}: {row.what} limit {row.given:.4g} is {row.judgement}: {row.reason}")
     for k, name in enumerate(a.joints):
         joint, e = run.serial.joint(name), run.errors

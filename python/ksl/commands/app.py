@@ -52,6 +52,7 @@ GROUPS = {
         "--xlsx",
         "--mcap",
         "--mat",
+        "--rrd",
         "--json",
         "--pdf",
         "--paper",

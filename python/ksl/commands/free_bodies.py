@@ -41,7 +41,11 @@ def free_bodies(
         ),
     ] = [],
     stress: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="In few cases that keep most of some stresses: [LINK] WRENCH = [[six factors], …].")
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="In few cases that keep most of some stresses: [LINK] WRENCH = [[six factors], …], or [[LINK.section]] with point, normal and factors.",
+        ),
     ] = None,
     hull: Annotated[bool, typer.Option("--hull", help="In few cases that keep most of whatever the wrenches of a link stress.")] = False,
     most: Annotated[int | None, typer.Option(metavar="N", help="So many cases at most, of each link or section; otherwise as many as keep all.")] = None,
@@ -74,16 +78,19 @@ def free_bodies(
     from ksl.parts.compute_free_bodies import free_bodies as compute
 
     chosen = {"--times": times, "--peaks": peaks, "--section": section, "--stress": stress, "--hull": hull}
-    if len(two := [option for option, x in chosen.items() if x]) > 1:
+    if len(two := [option for option, x in chosen.items() if x]) > 1 and two != ["--section", "--stress"]:
         fail(f"{two[0]} and {two[1]}: each says which instants; give one of them")
     if most is not None and not (section or stress or hull):
         fail(f"--most {most}: is for --section, --stress or --hull; peaks and times have their number of cases")
     meshes = _pairs(mesh, "--mesh", "PART.inp")
+    factors, sections = _stresses(stress)
+    for link, planes in _sections(section).items():
+        sections.setdefault(link, []).extend(planes)
     try:
         with described_warnings():
             cases = compute(
-                results, numbers_of(times, "--times") if times else None, instants="hull" if hull else None, joints=_words(peaks), links=_words(links) or (None if section or stress else list(meshes) or None), stress=_factors(stress),
-                sections=_sections(section), most=most, frames=_frames(frame), welded="apart" if apart else "together", cases=case or None, robot=robot_file,
+                results, numbers_of(times, "--times") if times else None, instants="hull" if hull else None, joints=_words(peaks), links=_words(links) or (None if section or stress else list(meshes) or None), stress=factors or None,
+                sections=sections or None, most=most, frames=_frames(frame), welded="apart" if apart else "together", cases=case or None, robot=robot_file,
             )  # fmt: skip
             written = cases.write(output, deck, meshes, _options(on_set, radius, units, young, poisson, density, coupling, relief), xlsx, force)
     except (ValueError, OutputError) as e:
@@ -119,14 +126,14 @@ def _pairs(given: list[str], option: str, what: str) -> dict[str, str]:
     return found
 
 
-def _sections(given: list[str]) -> dict[str, list[tuple[list[float], list[float]]]] | None:
-    found: dict[str, list[tuple[list[float], list[float]]]] = {}
+def _sections(given: list[str]) -> dict[str, list[Any]]:
+    found: dict[str, list[Any]] = {}
     for link, xyz in (text.rpartition("=")[::2] for text in given):
         if not link:
             fail(f"--section {xyz}: expected LINK=X,Y,Z,NX,NY,NZ, a point of the section and its normal, in the link's frame")
         x = numbers(xyz, f"--section {link}=", 6)
         found.setdefault(link, []).append((x[:3], x[3:]))
-    return found or None
+    return found
 
 
 def _frames(given: list[str]) -> dict[str, Any] | None:
@@ -141,17 +148,26 @@ def _frames(given: list[str]) -> dict[str, Any] | None:
     return found or None
 
 
-def _factors(file: Path | None) -> dict[str, Any] | None:
+def _stresses(file: Path | None) -> tuple[dict[str, Any], dict[str, list[Any]]]:
+    """Factors of stresses on wrenches of links, and sections of links with factors of theirs."""
     from ksl.base.errors import PartError
     from ksl.base.toml_files import read_toml
 
     if file is None:
-        return None
-    found = read_toml(file, PartError, "stresses: [LINK] WRENCH = [[six factors], …]")
+        return {}, {}
+    sections: dict[str, list[Any]] = {}
+    try:
+        found = read_toml(file, PartError, "stresses: [LINK] WRENCH = [[six factors], …], or [[LINK.section]]")
+    except PartError as e:
+        fail(str(e))
     for link, of in found.items():
         if not isinstance(of, dict) or not of:
-            fail(f"{file}: {link} is no table; expected [{link}] with a line WRENCH = [[six factors], …] for each wrench that stresses it")
-    return found
+            fail(
+                f"{file}: {link} is no table; expected [{link}] with a line WRENCH = [[six factors], …] for each wrench that stresses it, or [[{link}.section]]"
+            )
+        if isinstance(planes := of.get("section"), list) and all(isinstance(plane, dict) for plane in planes):
+            sections[link] = of.pop("section")
+    return {link: of for link, of in found.items() if of}, sections
 
 
 def _options(on_set: list[str], radius: list[str], units: str, young: float, poisson: float, density: float | None, coupling: str, relief: bool) -> DeckOptions:

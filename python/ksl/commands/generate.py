@@ -46,6 +46,12 @@ def generate(
     derivatives: Annotated[
         int, typer.Option(metavar="1|2", help="For CasADi: Jacobians, or second derivatives, too, as Ipopt's exact Hessian takes them.")
     ] = 1,
+    cuda: Annotated[
+        bool, typer.Option("--cuda", help="NAME.cuh and NAME.cu, too: functions for a thread of a graphics card, and kernels of many states.")
+    ] = False,
+    pivots: Annotated[
+        bool, typer.Option("--pivots", help="Sizes of the pivots of closed mechanisms as a last result, which tell before results are NaN.")
+    ] = False,
     fmu: Annotated[
         str,
         typer.Option(
@@ -64,19 +70,21 @@ def generate(
 
     Beside them a self-test, files for CMake and PlatformIO, and README.md with order, units and the number of operations.
     """
-    from ksl.generation.fmu import fmu as write_fmu
+    from ksl.commands.print_notes import print_unused
+    from ksl.generation.fmus.fmu import fmu as write_fmu
     from ksl.generation.generate import generate as write
     from ksl.generation.open_reactions import Undetermined
     from ksl.output import OutputError
 
     of_code = {
-        "--scalar": scalar != "double",
         "--arguments": arguments != "",
         "--contract": contract,
         "--lanes": lanes != 0,
         "--flash": flash != 0,
         "--abi": abi != "c",
         "--derivatives": derivatives != 1,
+        "--cuda": cuda,
+        "--pivots": pivots,
     }
     _refuse(fmu, algorithms, of_code, {"--joints": joints != "all", "--method": method != "rk4", "--step": step != 1e-3})
     model = read_model(robot, how)
@@ -96,6 +104,7 @@ def generate(
                     cast(Undetermined, undetermined),
                     None,
                     force,
+                    cast(Literal["double", "float"], scalar),
                 )
             ]
         else:
@@ -113,6 +122,8 @@ def generate(
                 flash,
                 cast(Literal["c", "casadi"], abi),
                 derivatives,
+                cuda,
+                pivots,
             )
     except (ValueError, OutputError) as e:
         fail(
@@ -131,7 +142,9 @@ def generate(
             ).replace("--kind", "--fmu")
         )
     alone = "" if not fmu or _has_binary(files[0]) else ", sources alone, since there is no compiler of C for a binary"
-    console(120).print(f"written: {', '.join(str(path) for path in files)}{alone}", highlight=False, soft_wrap=True, markup=False)
+    out = console(120)
+    print_unused(out, model)
+    out.print(f"written: {', '.join(str(path) for path in files)}{alone}", highlight=False, soft_wrap=True, markup=False)
 
 
 def _refuse(fmu: str, algorithms: str, of_code: Mapping[str, bool], of_fmu: Mapping[str, bool]) -> None:
@@ -145,6 +158,8 @@ def _refuse(fmu: str, algorithms: str, of_code: Mapping[str, bool], of_fmu: Mapp
             if fmu
             else f"{option}: is for an FMU; ask for one with --fmu forward, or leave it out"
         )
+    for option in [option for option in ("--method", "--step") if fmu == "inverse" and of_fmu[option]]:
+        fail(f"{option}: is for --fmu forward; a motion that is given has no steps of its own; leave it out")
 
 
 def _has_binary(file: Path) -> bool:

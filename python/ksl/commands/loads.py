@@ -25,6 +25,7 @@ from ksl.commands.options import (
     WriteJson,
     WritePdf,
     WriteMat,
+    WriteRrd,
     WriteMcap,
     WriteXlsx,
     carried_payloads,
@@ -40,7 +41,7 @@ from ksl.commands.stiffness_option import Stiffness, with_stiffness
 from ksl.commands.write_run import written
 
 if TYPE_CHECKING:
-    from ksl.load_cases.given_cases import PlacementError
+    from ksl.load_cases.case_files.given_cases import PlacementError
     from ksl.model.model import Model
     from ksl.mechanism.states import Order, Side
     from ksl.report.pdf import Paper
@@ -58,6 +59,7 @@ def loads(
     xlsx: WriteXlsx = False,
     mcap: WriteMcap = False,
     mat: WriteMat = False,
+    rrd: WriteRrd = False,
     json: WriteJson = False,
     pdf: WritePdf = False,
     components: Components = None,
@@ -102,7 +104,7 @@ def loads(
     planar and translation joints, and what each format of motions may hold.
     """
     from ksl.commands.print_loads import print_run
-    from ksl.load_cases.given_cases import PlacementError
+    from ksl.load_cases.case_files.given_cases import PlacementError
     from ksl.output import OutputError
     from ksl.report.compute_loads import compute_loads
     from ksl.report.files import ReportFiles
@@ -126,7 +128,7 @@ def loads(
         )  # fmt: skip
         out = console(120)
         off = deflections(run.cases, deflection, stiffness) if deflection else None
-        files = written(run, output, out, csv, force, report, {DEFLECTION: off.write} if off else {}, xlsx, mcap, mat)
+        files = written(run, output, out, csv, force, report, {DEFLECTION: off.write} if off else {}, xlsx, mcap, mat, rrd)
         print_run(out, run, [*([str(off)] if off else []), f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
@@ -165,7 +167,7 @@ def _points(at: list[str]) -> tuple[str, dict[str, str]]:
 
 
 def _numbers(common: str, own: dict[str, str]) -> dict[str | None, str | list[float]]:
-    """The same as `ksl.compute_loads` takes them."""
+    """The points of moments as `ksl.compute_loads` takes them: {joint: words, or three numbers}, at None for all joints."""
     return {None: numbers(common, "--at", 3) if "," in common else common, **{joint: numbers(xyz, f"--at {joint}=", 3) for joint, xyz in own.items()}}
 
 

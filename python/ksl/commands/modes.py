@@ -43,6 +43,7 @@ def modes(
         typer.Option("--export", metavar="FILE.html", help="Show the shape of a mode, of the pose with the lowest frequency, in a file that opens offline."),
     ] = None,
     mode: Annotated[int, typer.Option("--mode", metavar="N", help="Which one --export shows.")] = 1,
+    show: Annotated[bool, typer.Option("--show", help="Show the shapes of that pose in a page on this machine, until Ctrl-C.")] = False,
     payload: PointMasses = [],
     on_link: OnLinks = [],
     how: RobotOptions = RobotOptions(),
@@ -72,17 +73,31 @@ def modes(
     except (ValueError, OutputError) as e:
         fail(e)
     print_modes(console(120), found, [f"written to {path}" for path in (output, export) if path is not None])
+    if show:
+        _show(found)
 
 
 def _export(found: Frequencies, path: Path, mode: int) -> None:
     from ksl.base.words import count as count_of
     from ksl.viewer.export import export
-    from ksl.viewer.shape_scene import scene_of_shape
+    from ksl.viewer.shape_scene import scene_of_shape, title_of
 
     if not 0 < mode <= len(found.modes.frequencies):
         fail(f"--mode {mode}: the pose has {count_of(len(found.modes.frequencies), 'mode')}; expected one of them, from 1 on")
-    title = f"mode {mode}, {found.modes.frequencies[mode - 1]:.4g} Hz"
+    title = title_of(mode, found.modes.frequencies[mode - 1])
     export(scene_of_shape(found.model, found.q[found.lowest], found.modes.shapes[mode - 1], title), path, subtitle=title)
+
+
+def _show(found: Frequencies) -> None:
+    from ksl.base.errors import ViewerError
+    from ksl.commands.view import serve
+    from ksl.viewer.shape_scene import scenes_of_modes
+
+    try:
+        scenes = scenes_of_modes(found.model, found.q[found.lowest], found.modes)
+        serve(next(iter(scenes.values())), scenes=scenes)
+    except (ValueError, ViewerError) as e:
+        fail(e)
 
 
 def _positions(model: Model, given: list[str]) -> dict[str, Any] | None:

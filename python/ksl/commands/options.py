@@ -155,6 +155,7 @@ WriteCsv = Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside
 WriteXlsx = Annotated[bool, typer.Option("--xlsx", help="Write results.xlsx, a workbook with a sheet for each table.")]
 WriteMcap = Annotated[bool, typer.Option("--mcap", help="Write wrenches.mcap, messages of ROS 2 for Foxglove, PlotJuggler and RViz.")]
 WriteMat = Annotated[bool, typer.Option("--mat", help="Write wrenches.mat, for MATLAB and Octave.")]
+WriteRrd = Annotated[bool, typer.Option("--rrd", help="Write wrenches.rrd, a recording for Rerun.")]
 WriteJson = Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")]
 WritePdf = Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")]
 Components = Annotated[
@@ -164,7 +165,7 @@ Replace = Annotated[bool, typer.Option("--force", help="Replace results of anoth
 
 
 def file_with_a_name(path: str | Path) -> Path:
-    """The same for a single file, whose name does not end as that of a folder does."""
+    """A file that is written: no empty name, and none that ends as the name of a folder does."""
     if str(path).endswith(("/", os.sep)):
         fail(f"--output {path}: is the name of a folder; give that of a file")
     return path_with_a_name(path)
@@ -217,7 +218,7 @@ def payloads_given(payload: list[str], on_link: list[str]) -> dict[str, tuple[fl
 
 
 def carried_payloads(model: Model, loaded: Mapping[str, tuple[float, Sequence[float]]]) -> list[Payload]:
-    """Those that :func:`payloads_given` returns, of the model, as load cases record them."""
+    """The payloads that :func:`payloads_given` returns, of the model, as load cases record them."""
     from ksl.load_cases.load_case import Payload
 
     return [Payload(model.link(link).name, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]

@@ -10,8 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ksl.commands.app import say
-from ksl.commands.print_notes import print_notes
-from ksl.report.numbers import format_number
+from ksl.commands.print_notes import print_notes, print_unused
+from ksl.report.html.numbers import format_number
 from ksl.small_motions.frequencies import Frequencies
 
 STRAINED = 0.05
@@ -28,6 +28,7 @@ def print_modes(out: Console, found: Frequencies, written: Sequence[str]) -> Non
     else:
         _print_pose(out, found, count)
     print_notes(out, found.doubts)
+    print_unused(out, found.model)
     for line in written:
         say(out, line)
 

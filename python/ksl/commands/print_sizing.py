@@ -13,7 +13,7 @@ from ksl.commands.print_info import table_lines
 from ksl.sizing.choice.selection import Chosen
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.peaks import PeakRow
-from ksl.sizing.sizing import Sizing
+from ksl.sizing.joints.sizing import Sizing
 
 WORST_SHOWN = 15
 KEPT_TOGETHER = re.compile(r"(?<=Σ) |(?<=\d) (?=[A-Za-zµ%(·])|(?<=\bN) (?=m\b)|(?<=kg) (?=m²)| (?==)|(?<==) ")

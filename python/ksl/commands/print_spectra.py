@@ -9,7 +9,7 @@ from ksl.commands.app import say
 from ksl.commands.print_info import table_lines
 from ksl.sizing.figures import significant
 from ksl.sizing.life import BALL, ROLLER, mean_speed
-from ksl.sizing.sheet import RPM
+from ksl.sizing.utilisation.sheet import RPM
 from ksl.sizing.spectra.bearing_classes import COLUMNS
 from ksl.sizing.spectra.spectra import Spectra
 from ksl.sizing.spectra.spectra_of_joints import SpectraOfJoints

@@ -26,6 +26,7 @@ from ksl.commands.options import (
     WriteJson,
     WritePdf,
     WriteMat,
+    WriteRrd,
     WriteMcap,
     WriteXlsx,
     carried_payloads,
@@ -42,7 +43,7 @@ from ksl.commands.write_run import written
 if TYPE_CHECKING:
     from ksl.base.files_read import InputFile
     from ksl.load_cases.load_case import LoadCase, Payload
-    from ksl.load_cases.simulated import Simulated
+    from ksl.load_cases.case_files.simulated import Simulated
     from ksl.model.model import Model
     from ksl.motions.motion import Motion
 
@@ -84,6 +85,7 @@ def simulate(
     xlsx: WriteXlsx = False,
     mcap: WriteMcap = False,
     mat: WriteMat = False,
+    rrd: WriteRrd = False,
     json: WriteJson = False,
     pdf: WritePdf = False,
     components: Components = None,
@@ -123,7 +125,7 @@ def simulate(
     }  # fmt: skip
     try:
         if cases is not None:
-            from ksl.load_cases.case_file import read_cases
+            from ksl.load_cases.case_files.case_file import read_cases
 
             found, files = read_cases(model, cases, None, motion, carried)
         else:
@@ -134,7 +136,7 @@ def simulate(
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
         out, report = console(120), ReportFiles.wanted(json, "A4" if pdf else None, components)
-        names = written(run, output, out, csv, force, report, _motions(model, found), xlsx=xlsx, mcap=mcap, mat=mat)
+        names = written(run, output, out, csv, force, report, _motions(model, found), xlsx=xlsx, mcap=mcap, mat=mat, rrd=rrd)
         print_run(out, run, [f"written to {output}: {', '.join(names)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
@@ -159,7 +161,7 @@ def _how(
     brake: list[str], dry_friction: list[str], bounce: float | None, rate: float | None, method: str, step: float | None, tolerance: float | None,
 ) -> tuple[Simulated, list[InputFile]]:  # fmt: skip
     """What the options say, and the files of poses."""
-    from ksl.load_cases.simulated import CONTROLLERS, RATE, TOLERANCE, ControllerName, Simulated
+    from ksl.load_cases.case_files.simulated import CONTROLLERS, RATE, TOLERANCE, ControllerName, Simulated
     from ksl.simulation.simulate import METHODS, Method
 
     law = controller.replace("-", " ")
@@ -225,7 +227,7 @@ def _efforts(given: list[str], option: str) -> float | dict[str, float] | None:
 
 def _case(model: Model, how: Simulated, motion: Path | None, carried: list[Payload]) -> tuple[LoadCase, list[InputFile]]:
     from ksl.load_cases.load_case import LoadCase
-    from ksl.load_cases.simulated import brakes_from, simulated_motion
+    from ksl.load_cases.case_files.simulated import brakes_from, simulated_motion
     from ksl.motions.reading import read_motion
 
     with recorded() as ledger:

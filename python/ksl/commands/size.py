@@ -11,7 +11,7 @@ from ksl.commands.app import app, console, discard_output, fail, is_of_printing,
 from ksl.commands.options import in_options, numbers, path_with_a_name, results_with_a_name
 
 if TYPE_CHECKING:
-    from ksl.sizing.sizing import Sizing
+    from ksl.sizing.joints.sizing import Sizing
 
 
 @app.command()
@@ -63,7 +63,7 @@ def size(
     """
     from ksl.base.errors import SizingError
     from ksl.output import OutputError
-    from ksl.sizing.example import example_file
+    from ksl.sizing.catalogue.example import example_file
 
     if example and results is None:
         print_for_programs(example_file())
@@ -85,7 +85,7 @@ def size(
         if example:
             print_for_programs(_example_of(results))
             return
-        from ksl.sizing.compute_sizing import size as size_components
+        from ksl.sizing.joints.compute_sizing import size as size_components
 
         chosen = [name.strip() for name in joints.split(",")] if joints else None
         if spectra:
@@ -144,7 +144,7 @@ def _print(sizing: Sizing, as_json: bool, brief: bool, peaks: bool, output: Path
 
 def _example_of(results: Path) -> str:
     """An example on the first joint of the results that turns, and the first that slides."""
-    from ksl.sizing.example import example_file
+    from ksl.sizing.catalogue.example import example_file
     from ksl.sizing.results import read_results
 
     table = read_results(results)

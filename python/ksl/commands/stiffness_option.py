@@ -15,12 +15,20 @@ if TYPE_CHECKING:
 
 Stiffness = Annotated[
     Path | None,
-    typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints, which decide what rigid bodies leave open in a robot with loops."),
+    typer.Option(
+        "--stiffness",
+        metavar="FILE.toml",
+        help="Stiffnesses of joints, or components that have some: they decide what rigid bodies leave open in a robot with loops.",
+    ),
 ]
 
 StiffnessOfJoints = Annotated[
     Path | None,
-    typer.Option("--stiffness", metavar="FILE.toml", help="Stiffnesses of joints: a table [JOINT] with axial, radial, tilting and motion for each."),
+    typer.Option(
+        "--stiffness",
+        metavar="FILE.toml",
+        help="Stiffnesses of joints: a table [JOINT] with axial, radial, tilting, torsional and motion for each; or components that have stiffnesses.",
+    ),
 ]
 
 
@@ -34,8 +42,8 @@ def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tup
             fail(f"--deflection {deflection}: needs the stiffnesses of joints; give them by --stiffness FILE.toml")
         return model, []
     from ksl.base.files_read import recorded
-    from ksl.mechanism.stiffness import flexibilities_of
-    from ksl.robot_files.stiffness_file import in_file, stiff_by, stiffnesses
+    from ksl.mechanism.stiffness import table_of
+    from ksl.robot_files.stiffness_file import stiff_by
 
     if not model.loops and not deflection:
         fail(f"--stiffness {file}: {model.name} has no loops, so that no result depends on stiffnesses; leave it out")
@@ -46,9 +54,7 @@ def with_stiffness(model: Model, file: Path | None, deflection: str = "") -> tup
             if model.loops:
                 model, _ = stiff_by(model, file)  # what it leaves out is among the notes of the run
             else:
-                given = stiffnesses(file)
-                with in_file(file):
-                    flexibilities_of(model, given)  # no wrench depends on them
+                table_of(model, file)  # judged: no wrench depends on them
     except ValueError as e:
         fail(str(e))
     return model, ledger.files

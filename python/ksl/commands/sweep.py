@@ -82,7 +82,7 @@ def print_results(results: SweepResults) -> None:
     from ksl.load_cases.quantities import UNDETERMINED
     from ksl.load_cases.undetermined import FOOTNOTE, MARK
     from ksl.load_cases.verdict import percent
-    from ksl.report.numbers import format_number
+    from ksl.report.html.numbers import format_number
     from ksl.sweeps.compute_sweep import again_of
 
     out = console(80)

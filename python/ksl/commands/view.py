@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -84,7 +86,7 @@ def view(
             write(scene, export, joint=joint or None, subtitle=f"{results.case}: {motion}" if results else str(motion or "at rest"))
             print(f"written: {export} ({export.stat().st_size / 1e6:.1f} MB)")
             return
-        _serve(scene, port, joint, browser)
+        serve(scene, port, joint, browser)
     except ViewerError as e:
         fail(e)
 
@@ -117,7 +119,7 @@ def _print_notes(scene: Scene) -> None:
 
 def _model(robot: Path, results: Results | None, how: RobotOptions) -> Model:
     """The robot, with what results say of it where no option does."""
-    from ksl.load_cases.results_model import as_described, loops_of
+    from ksl.load_cases.case_files.results_model import as_described, loops_of
 
     made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
     of_results = replace(
@@ -137,11 +139,12 @@ def _model(robot: Path, results: Results | None, how: RobotOptions) -> Model:
     return as_described(model, made)
 
 
-def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:
+def serve(scene: Scene, port: int | None = None, joint: str = "", browser: bool = True, scenes: Mapping[str, Scene] = MappingProxyType({})) -> None:
+    """Serves a page until Ctrl-C; scenes: as of :class:`Viewer`.  Raises ViewerError."""
     from ksl.viewer.labels import labels
     from ksl.viewer.live import Viewer
 
-    with Viewer(scene, port, joint or None) as viewer:
+    with Viewer(scene, port, joint or None, scenes) as viewer:
         print(f"{viewer.url} shows {labels([scene.model.name], 'robot')[0]}; Ctrl-C ends", flush=True)
         if browser and not viewer.open():
             errors.print(f"ksl: no browser could be opened; open {viewer.url} in one")

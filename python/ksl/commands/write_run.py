@@ -25,12 +25,13 @@ def written(
     xlsx: bool = False,
     mcap: bool = False,
     mat: bool = False,
+    rrd: bool = False,
 ) -> list[str]:
-    """The names of the files.  beside, xlsx, mcap, mat: as of :meth:`Run.write`."""
+    """The names of the files.  beside, xlsx, mcap, mat, rrd: as of :meth:`Run.write`."""
     if not out.is_terminal:
-        return run.write(output, csv, force, report=report, beside=beside, xlsx=xlsx, mcap=mcap, mat=mat)
+        return run.write(output, csv, force, report=report, beside=beside, xlsx=xlsx, mcap=mcap, mat=mat, rrd=rrd)
     from rich.progress import Progress
 
     with Progress(console=out, transient=True) as progress:
         task = progress.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
-        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report, beside, xlsx, mcap, mat)
+        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report, beside, xlsx, mcap, mat, rrd)

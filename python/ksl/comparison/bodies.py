@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ksl.comparison.coordinates import Array
 from ksl.mechanism.mechanism import Link
@@ -18,25 +19,28 @@ from ksl.model.model import Model
 
 def pseudo_inertia(mass: float, centroid: Array, about_centroid: Array) -> Array:
     """The pseudo-inertia of a body with that tensor (3, 3) about its centroid, in the same axes."""
+    P = of_moments(mass, mass * np.asarray(centroid), about_centroid)
+    P[:3, :3] += mass * np.outer(centroid, centroid)
+    return P
+
+
+def of_moments(mass: float, first: ArrayLike, about_origin: Array) -> Array:
+    """The pseudo-inertia of a body with that first moment (3) and that tensor (3, 3) about the frame's origin."""
     P = np.empty((4, 4))
-    P[:3, :3] = 0.5 * np.trace(about_centroid) * np.eye(3) - about_centroid + mass * np.outer(centroid, centroid)
-    P[:3, 3] = P[3, :3] = mass * np.asarray(centroid)
-    P[3, 3] = mass
+    P[:3, :3], P[:3, 3], P[3, :3], P[3, 3] = 0.5 * np.trace(about_origin) * np.eye(3) - about_origin, first, first, mass
     return P
 
 
 def of_link(link: Link) -> Array:
     """The pseudo-inertia of a link of KSL, in its frame."""
     xx, yy, zz, xy, yz, zx = link.inertia
-    I = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
-    P = np.empty((4, 4))
-    P[:3, :3], P[:3, 3], P[3, :3], P[3, 3] = 0.5 * np.trace(I) * np.eye(3) - I, link.first_moment, link.first_moment, link.mass
-    return P
+    return of_moments(link.mass, link.first_moment, np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]))
 
 
 def tensor(P: Array) -> Array:
     """The tensor (3, 3) about the frame's origin."""
-    return np.asarray(np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3])
+    second = P[:3, :3]
+    return np.asarray(np.trace(second) * np.eye(3) - second)
 
 
 def about_centroid(P: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.comparison.bodies import Change, about_centroid, lumped, of_link, pseudo_inertia, welded
+from ksl.comparison.bodies import Change, about_centroid, lumped, of_link, of_moments, pseudo_inertia, welded
 from ksl.comparison.coordinates import Array
 from ksl.comparison.differences import TOLERANCE, largest
 from ksl.model.model import Model
@@ -32,9 +32,7 @@ def _at_origin(P: Array) -> Array:
 
 def _about_origin(P: Array) -> Array:
     """The tensor about the centroid taken for that about the origin."""
-    changed = pseudo_inertia(0.0, np.zeros(3), about_centroid(P))
-    changed[:3, 3], changed[3, :3], changed[3, 3] = P[:3, 3], P[:3, 3], P[3, 3]
-    return changed
+    return of_moments(P[3, 3], P[:3, 3], about_centroid(P))
 
 
 def _balanced(P: Array) -> Array:
@@ -81,23 +79,17 @@ def changed_links(model: Model, bodies: dict[str, Array]) -> str:
 def _same(P: Array, other: Array) -> bool:
     """Whether all ten numbers agree, as shares of the body's own."""
     m = max(abs(P[3, 3]), abs(other[3, 3]))
-    second = max(largest(P[:3, :3]), largest(other[:3, :3]))
-    scale = np.full((4, 4), second)
-    scale[:3, 3] = scale[3, :3] = np.sqrt(m * second)
-    scale[3, 3] = m
-    return bool((np.abs(P - other) <= TOLERANCE * scale).all())
+    root = np.sqrt([max(largest(P[:3, :3]), largest(other[:3, :3]))] * 3 + [m])
+    return bool((np.abs(P - other) <= TOLERANCE * np.outer(root, root)).all())
 
 
 def _what(model: Model, body: str, P: Array, links: list[str]) -> tuple[str, list[str]]:
     """What happened, and to which links of the body: to one, or to all."""
     heavy = [link for link in links if of_link(model.link(link)).any()]
-    for some in ([link] for link in heavy):
+    for some in (*([link] for link in heavy), heavy):
         for text, change in CHANGES.items():
             if _same(P, lumped(model, [body], dict.fromkeys(some, change))[body]):
                 return text, some
-    for text, change in CHANGES.items():
-        if len(heavy) > 1 and _same(P, lumped(model, [body], dict.fromkeys(heavy, change))[body]):
-            return text, heavy
     ours = lumped(model, [body])[body]
     if abs(P[3, 3] - ours[3, 3]) > TOLERANCE * max(P[3, 3], ours[3, 3]):
         return f"{P[3, 3]:.6g} kg there, {ours[3, 3]:.6g} kg in KSL", [body]

@@ -109,16 +109,17 @@ def _read(
         default = load(robot, floating_base, strict=strict, model=chosen, physics=on)
         model = load(robot, floating_base, "independent", strict, model=chosen, physics=on, loops="cut")
     contents = _core.file_bytes(os.fsencode(model.file))
-    if b"<" not in contents[: 1 << 16]:
+    root = root_element(contents)
+    if root is None:
         raise DescriptionError(
-            f"{model.file}: is no XML; compared are URDF, SDF and MJCF, which other libraries read, too: ksl.load(…).to_urdf(path) writes URDF"
+            f"{model.file}: is no XML that can be read; compared are URDF, SDF and MJCF, which other libraries read, too: ksl.load(…).to_urdf(path) writes URDF"
         )
     notes = []
     if default.follower_names:
         notes.append(Note("mimic", f'KSL couples mimic joints to their leaders ({", ".join(default.follower_names[:5])}); compared with mimic="independent"'))
     if default.loops:
         notes.append(Note("loops", f'KSL closes {len(default.loops)} loop{"s" if len(default.loops) > 1 else ""}; compared are the trees, loops="cut"'))
-    format_ = {"mujoco": "mjcf", "sdf": "sdf"}.get(root_element(contents) or "", "urdf")
+    format_ = {"mujoco": "mjcf", "sdf": "sdf"}.get(root, "urdf")
     return File(os.path.abspath(model.file), contents, format_, model, bool(floating_base), chosen), notes, tuple(default.warnings)
 
 

@@ -37,7 +37,7 @@ class Pair(NamedTuple):
     """What differences are shares of; it broadcasts to the arrays."""
     units: list[str]
     places: list[str]
-    """Unit, and joint or link, of each number along the last axis of efforts and accelerations, and along the second one of others."""
+    """Unit, and joint or link, of each number along the axis behind that of states."""
 
 
 def largest(x: Array) -> float:
@@ -101,10 +101,10 @@ def quantity(pair: Pair) -> Quantity:
     """What a person reads of a pair."""
     gap = np.abs(pair.other - pair.ksl)
     share = np.broadcast_to(gap / pair.scale, gap.shape)
-    if not share.size or not share.any():
+    if not share.any():
         return Quantity(pair.name, 0.0, 0.0, True, pair.units[0] if pair.units else "", "")
     worst = np.unravel_index(int(np.nanargmax(np.where(np.isnan(share), np.inf, share))), share.shape)
-    k = int(worst[-1] if pair.name in (EFFORTS, ACCELERATIONS) else worst[1])
+    k = int(worst[1])
     relative = float(share[worst])
     return Quantity(pair.name, float(gap[worst]), relative, relative <= TOLERANCE, pair.units[k], f"{pair.places[k]}, state {int(worst[0])}")
 

@@ -64,7 +64,7 @@ def _with(pose: Array, R: Array) -> Array:
 def _lengths(ksl: Numbers) -> Array:
     """What poses (4, 4) are compared with: lengths with the reach of the robot."""
     scale = np.ones((4, 4))
-    scale[:3, 3] = max((largest(pose[:, :3, 3]) for pose in ksl.poses.values()), default=1.0) or 1.0
+    scale[:3, 3] = max(largest(pose[:, :3, 3]) for pose in ksl.poses.values()) or 1.0
     return scale
 
 
@@ -113,7 +113,7 @@ def _motion(X: Array) -> str:
 
 def _of_jacobians(ksl: Numbers, numbers: Numbers) -> list[Note]:
     """Which other frame or order gives the other library's Jacobians of all links."""
-    scale = max((largest(J) for J in ksl.jacobians.values()), default=1.0) or 1.0
+    scale = max(largest(J) for J in ksl.jacobians.values()) or 1.0
     for swapped, world_axes, world_point in product((False, True), repeat=3):
         if (swapped or world_axes or world_point) and all(
             close(numbers.jacobians[link], _seen(J, ksl.poses[link], swapped, world_axes, world_point), scale) for link, J in ksl.jacobians.items()

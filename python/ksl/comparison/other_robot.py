@@ -77,7 +77,7 @@ class Numbers(NamedTuple):
 
 
 class OneState(NamedTuple):
-    """The same of one state, in the library's coordinates; Jacobians as :class:`Numbers` has them but for their columns."""
+    """What :class:`Numbers` holds, of one state and in the library's coordinates; columns of Jacobians are the library's, too."""
 
     efforts: Array
     accelerations: Array
@@ -172,7 +172,7 @@ class OtherRobot(ABC):
 
 
 def numbers_of_ksl(model: Model, states: States, links: list[str]) -> Numbers:
-    """The same in KSL.  Accelerations are None where a joint moves no mass."""
+    """All numbers of these states by KSL.  Accelerations are None where a joint moves no mass."""
     q, v, a, tau = states
     try:
         accelerations = model.forward_dynamics(q, v, tau)

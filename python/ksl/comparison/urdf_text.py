@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
+from ksl.comparison.other_robot import NotLoaded
 from ksl.model.model import Model
+
+
+def _root(contents: bytes) -> ElementTree.Element:
+    """Raises NotLoaded for a prefix without a namespace, say, which readers of robots take."""
+    try:
+        return ElementTree.fromstring(contents)
+    except (ElementTree.ParseError, ValueError, LookupError) as e:
+        raise NotLoaded(f"it takes the file with changes alone, and Python's reader of XML refuses it: {e}") from None
 
 
 def without(contents: bytes, of: str, *tags: str) -> ElementTree.Element:
     """The document without some elements of its links or joints: without <visual> and <collision> of links no library looks for their meshes."""
-    robot = ElementTree.fromstring(contents)
+    robot = _root(contents)
     for element in robot.iterfind(of):
         for child in [child for tag in tags for child in element.findall(tag)]:
             element.remove(child)
@@ -18,7 +27,7 @@ def without(contents: bytes, of: str, *tags: str) -> ElementTree.Element:
 
 def of_one_model(contents: bytes, name: str) -> ElementTree.Element:
     """A document of SDF without its other models."""
-    root = ElementTree.fromstring(contents)
+    root = _root(contents)
     for place in (root, *root.iterfind("world")):
         for other in [model for model in place.findall("model") if model.get("name") != name]:
             place.remove(other)

@@ -13,7 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
 from ksl.comparison import coordinates
-from ksl.comparison.bodies import pseudo_inertia, welded
+from ksl.comparison.bodies import of_moments, welded
 from ksl.comparison.coordinates import Array, Form
 from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, OtherRobot, Place, check_root
 from ksl.comparison.results import Note
@@ -111,11 +111,7 @@ class RobotInDrake(OtherRobot):
             if name in self.body:
                 I = self.plant.CalcSpatialInertia(self.context, self.body[name].body_frame(), [self.body[x].index() for x in links if x in self.body])
                 about_origin = np.array(I.CalcRotationalInertia().CopyToFullMatrix3())
-                m, c = I.get_mass(), np.array(I.get_com())
-                P = pseudo_inertia(0.0, c, about_origin)
-                P[:3, 3] = P[3, :3] = m * c
-                P[3, 3] = m
-                found[name] = P
+                found[name] = of_moments(I.get_mass(), I.get_mass() * np.array(I.get_com()), about_origin)
         return found
 
     def compute(self, q: Array, v: Array, a: Array, tau: Array, links: list[str]) -> OneState:

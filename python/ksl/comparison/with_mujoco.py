@@ -17,7 +17,8 @@ from ksl.comparison.other_robot import said_by, File, NotLoaded, OneState, Other
 from ksl.comparison.results import Note
 from ksl.comparison.urdf_text import on_floating_joint, text, without
 from ksl.mechanism.mechanism import Joint
-from ksl.robot_files.load_mjcf import OF_MUJOCO, to_mujoco
+from ksl.robot_files.load_mjcf import OF_MUJOCO
+from ksl.robot_files.mjcf_states import to_mujoco
 from ksl.robot_files.mjcf_compiler import Refused, compiled
 from ksl.robot_files.mjcf_frames import matrix
 
@@ -40,7 +41,7 @@ class RobotInMujoco(OtherRobot):
         self.mj.opt.disableflags |= NO_CONSTRAINTS
         self.nv, self.neutral = int(self.mj.nv), np.array(self.mj.qpos0)
         self.gravity = np.zeros(3) if self.mj.opt.disableflags & GRAVITY_DISABLED else np.array(self.mj.opt.gravity)
-        self.body = {self.mj.body(i).name: i for i in range(self.mj.nbody)}
+        self.body = {_named(self.mj.body, "body", i): i for i in range(self.mj.nbody)}
 
     def _loaded(self) -> Any:
         """The compiled model.  A URDF file without geometry, where its meshes aren't found: its tensors are in the file."""
@@ -120,7 +121,7 @@ class RobotInMujoco(OtherRobot):
                 R = matrix(mj.body_iquat[i])
                 X = np.linalg.solve(self._pose(top), self._pose(i))
                 P = X @ pseudo_inertia(mj.body_mass[i], mj.body_ipos[i], (R * mj.body_inertia[i]) @ R.T) @ X.T
-                name = mj.body(top).name
+                name = _named(mj.body, "body", top)
                 found[name] = found.get(name, np.zeros((4, 4))) + P
         return found
 
@@ -132,13 +133,13 @@ class RobotInMujoco(OtherRobot):
     def effects(self) -> dict[str, str]:
         mj, found = self.mj, {}
         if mj.nu:
-            found["actuators"] = f"{_names(mj.actuator(i).name or str(i) for i in range(mj.nu))} exert forces at a control of zero, as servos do"
+            found["actuators"] = f"{_names(_named(mj.actuator, 'actuator', i) for i in range(mj.nu))} exert forces at a control of zero, as servos do"
         if mj.body_gravcomp.any():
-            found["gravcomp"] = f"gravity of {_names(mj.body(i).name for i in np.flatnonzero(mj.body_gravcomp))} is compensated there"
+            found["gravcomp"] = f"gravity of {_names(_named(mj.body, 'body', int(i)) for i in np.flatnonzero(mj.body_gravcomp))} is compensated there"
         if mj.opt.density or mj.opt.viscosity:
             found["fluid"] = f"bodies move in a fluid there, of density {mj.opt.density:g} kg/m³ and viscosity {mj.opt.viscosity:g} Pa s"
         if any(values is not None and np.any(values) for values in (getattr(mj, f"tendon_{word}", None) for word in OF_TENDONS)):
-            found["tendons"] = f"{_names(mj.tendon(i).name or str(i) for i in range(mj.ntendon))} exert passive forces there"
+            found["tendons"] = f"{_names(_named(mj.tendon, 'tendon', i) for i in range(mj.ntendon))} exert passive forces there"
         return found
 
     @contextmanager
@@ -178,6 +179,11 @@ class RobotInMujoco(OtherRobot):
         data.qacc[:] = a
         mujoco.mj_inverse(mj, data)
         return OneState(data.qfrc_inverse.copy(), accelerations, M, poses, jacobians)
+
+
+def _named(of: Any, kind: str, i: int) -> str:
+    """The name of one of MuJoCo's things, or what KSL calls a body without one."""
+    return str(of(i).name) or f"{kind}{i}"
 
 
 def _names(names: Iterable[str]) -> str:

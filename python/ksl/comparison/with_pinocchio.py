@@ -70,7 +70,7 @@ class RobotInPinocchio(OtherRobot):
         """How its nq numbers of a joint differ from KSL's."""
         if joint.kind == "floating":
             return coordinates.free(self.placement(joint))
-        if joint.kind in ("continuous", "planar") and nq == joint.nq + 1:  # of planes that lie otherwise x and y are others
+        if joint.kind in ("continuous", "planar"):  # with cosine and sine; of planes that lie otherwise x and y are others
             return coordinates.cosine_and_sine if joint.kind == "continuous" or joint.axis == (0.0, 0.0, 1.0) else None
         return coordinates.same if nq == joint.nq else None
 

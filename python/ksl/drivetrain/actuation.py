@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
 from ksl.drivetrain.c_maps import maps_in_c
 from ksl.drivetrain.efforts import EffortMap
-from ksl.drivetrain.motion import Carrier
+from ksl.drivetrain.motion import COMPILED, Carrier
 from ksl.drivetrain.ranges import Range, range_of
 from ksl.drivetrain.region import usable_positions
 from ksl.drivetrain.serial import SerialErrors, serial_errors, serial_model
+from ksl.drivetrain.sharing import Sharing, require_as_many
 from ksl.mechanism.states import Array
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
 
 
-def actuation(m: Model, joints: Iterable[str], start: ArrayLike | None = None) -> Actuation:
+def actuation(
+    m: Model, joints: Iterable[str], start: ArrayLike | None = None, ball_limits: Mapping[str, float] | None = None, sharing: Sharing | None = None
+) -> Actuation:
     """The map between what motors do and what these joints do, through the loops that connect them.
 
     joints: names, in the order of the columns of q, v, a and tau below; a joint with several coordinates has as many columns.
     start (nq): a closed position on the assembly that is meant; by default the closed one nearest to the neutral position.
+    ball_limits: {joint: angle}, rad: how far a rod swings at most in a ball at its end from its line at the start; files have no such limits.
+    They count where limits do.  Turning about its own line is no swing.
+    sharing: how motors that are more than the joints share efforts: "limits", those with the least sum of (effort / effort limit)²; "weights", of weight × effort²,
+    with the weights of the model's drives (m.with_drives({motor: weight})).  By default such motors are refused.  Polytopes and boxes allow any sharing.
     Numbers of motors are those of their joints, on the output side of gears; limits are the file's.  SI units, rad.
 
     Raises ValueError for joints that no motor moves, for what is no joint, and where joints and motors are not as many as the freedoms of the
@@ -33,14 +41,14 @@ def actuation(m: Model, joints: Iterable[str], start: ArrayLike | None = None) -
         a = m.actuation(["ankle_pitch", "ankle_roll"])
         tau_motors = a.motor_efforts(q, v, a)
     """
-    return Actuation(m, joints, start)
+    return Actuation(m, joints, start, ball_limits, sharing)
 
 
 class Actuation(EffortMap):
     """The map, made by :func:`ksl.actuation`.  q, v, a, tau: (…, joints), in the order of `joints`; motors' numbers (…, motors), as `motors`.
 
-    All is on the assembly that is reached from `start` without passing a dead centre.  A call costs some microseconds a state in a
-    batch, and less than a millisecond alone; positions are followed from the start, about ten steps a radian.
+    All is on the assembly that is reached from `start` without passing a dead centre.  A call costs some tens of microseconds a state in a
+    batch, and some milliseconds alone; positions are followed from the start, about ten steps a radian.
     """
 
     def range(self, joint: str, at: ArrayLike | None = None, limits: bool = True) -> Range:
@@ -67,18 +75,40 @@ class Actuation(EffortMap):
         """
         return serial_model(self, self.with_rotors, at, limits)
 
+    def compile(self, calls: str | Sequence[str] = COMPILED, samples: int = 1000, compiler: str | None = None) -> Actuation:
+        """Returns this map with code that is compiled for it alone: positions, Jacobians, velocities and static efforts are computed by it.
+
+        calls: some of motors_of, joints_of, jacobian, motor_jacobian, motor_velocities, joint_velocities, static_motor_efforts and static_joint_efforts;
+        by default all.  samples: positions of the range that are tried for the fit.  compiler: as of :meth:`ksl.Model.compile`, as is the cache.
+
+        A fitted start and a fixed number of Newton's steps are computed in lanes.  Where they leave more than 1e-12 rad or m, and out of the range that was tried,
+        states are computed as before: arguments, sentences and results are those of this map, which differ by rounding.
+        A call with start= is computed as before.  Raises ksl.CompilerError, and ValueError for a call that is none of these.
+
+            fast = a.compile(["joints_of"])
+            q = fast.joints_of(theta)                                               # (1000000, 2)
+        """
+        from ksl.drivetrain.compiled_maps import compiled_calls
+
+        require_as_many(self.motors, self.part)
+        found = copy(self)
+        found.code = {**self.code, **compiled_calls(self, self.usable(samples), calls, compiler)}
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "code": {}}  # a pickle has no code
+
     def c_code(self, name: str = "leg", samples: int = 240) -> dict[str, str]:
         """{file: text} of the maps in both directions as C99 for a controller, which need no library.
 
         NAME_maps.h has `NAME_motors_of(joints, motors, jacobian)` and `NAME_joints_of`: a fitted start and a fixed number of Newton's steps over the equations of the
-        loops; the header states the largest error over the range.  NAME.c is the kinematics of the tree that they stand on, as :func:`ksl.generate` makes it.
-        name: before files and functions.  samples: positions of the range that are tried for the fit.
-
-        Raises ValueError for loops that are neither spherical, revolute, prismatic nor fixed, and for joints without code.
+        loops, of any kind; the header states the largest error over the range.
+        name: before files and functions.  samples: positions of the range that are tried for the fit.  Raises ValueError for a name that is none in C.
 
             for file, text in a.c_code("ankle").items():
                 Path(file).write_text(text)
         """
+        require_as_many(self.motors, self.part)
         return maps_in_c(self, self.usable(samples), name)
 
     def serial_errors(self, serial: Model, q: ArrayLike, v: ArrayLike, a: ArrayLike, carrier: Carrier | None = None) -> SerialErrors:
@@ -91,8 +121,10 @@ class Actuation(EffortMap):
 
     @cached_property
     def with_rotors(self) -> Actuation:
-        """The same map of a model whose physics name rotors and armatures, too."""
+        """This map of a model whose physics name rotors and armatures, too."""
         physics = list(dict.fromkeys([*self.model.physics, "armature", *([] if "rotor bodies" in self.model.physics else ["rotor"])]))
         return (
-            self if set(physics) == set(self.model.physics) else Actuation(self.model.with_physics(physics, self.model.friction_width), self.joints, self.start)
+            self
+            if set(physics) == set(self.model.physics)
+            else Actuation(self.model.with_physics(physics, self.model.friction_width), self.joints, self.start, self.ball_limits, self.sharing)
         )

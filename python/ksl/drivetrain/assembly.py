@@ -15,7 +15,7 @@ from ksl.drivetrain.equations import Equations
 from ksl.mechanism.states import Array
 
 LONGEST, SHORTEST = 0.2, 1e-3
-"""Steps along a path, of the given coordinates, rad or m: halved where a step fails, and given up below the shortest."""
+"""Steps along a path, of the given coordinates, rad or m: shorter where a step fails, and given up below the shortest, unless only other coordinates went too far: a screw turns them by much."""
 LARGEST, ALIKE = 1.0, 0.3
 """The largest step of another coordinate, rad or m, and the least cosine between rates before a step and after it."""
 CORRECTIONS, LAST = 30, 1e-9
@@ -54,6 +54,7 @@ def _walk(equations: Equations, start: Array, held: list[int], targets: Array) -
         dV[:, held] = start[left[:, None], index] + way[left] * to[:, None] - Q[left[:, None], index]
         dV[:, others] = rate[left] * (to - done[left])[:, None]
         sound: NDArray[np.bool_] = np.asarray((np.abs(dV[:, others]) < LARGEST).all(axis=1))  # not where they are NaN
+        too_far = ~sound & np.isfinite(dV).all(axis=1)
         ahead = equations.m.integrate(Q[left], np.where(sound[:, None], dV, 0.0))
         tried = np.flatnonzero(sound)
         sound[tried], ahead[tried] = _corrected(equations, ahead[tried], others)
@@ -63,7 +64,7 @@ def _walk(equations: Equations, start: Array, held: list[int], targets: Array) -
         Q[went], rate[went], done[went] = ahead[sound], after[sound], to[sound]
         step[went] = np.minimum(2 * step[went], LONGEST / np.maximum(size[went], 1e-300))
         step[left[~sound]] /= 4
-        left = left[(done[left] < 1.0) & (step[left] * size[left] >= np.minimum(SHORTEST, size[left] / 8))]
+        left = left[(done[left] < 1.0) & (too_far | (step[left] * size[left] >= np.minimum(SHORTEST, size[left] / 8)))]
     Q[done < 1.0] = np.nan
     ended = np.flatnonzero(done >= 1.0)
     Q[ended[:, None], index] = targets[ended]  # the last of the steps is off by rounding

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from ksl.mechanism.states import Array
 
 ITERATIONS = 200
 GAP = 1e-13
+WORST = 1e12
+"""The condition of motors above which they move joints along fewer directions together."""
 
 
 def corners(to_joints: Array, limits: Array) -> Array:
@@ -19,6 +21,40 @@ def corners(to_joints: Array, limits: Array) -> Array:
     signs = np.array(list(product((-1.0, 1.0), repeat=len(limits))))
     vertices: Array = np.einsum("njm,cm->ncj", to_joints, signs * limits)
     return vertices
+
+
+def sides(to_joints: Array, limits: Array) -> tuple[Array, Array]:
+    """Rows (n, sides, joints) and their limits (sides), 1, of the polytope whose points are to_joints (n, joints, motors) times motors' numbers within ± limits.
+
+    It is a zonotope: each side is along joints − 1 of the motors' columns, and as far away as all motors together reach across it (Ziegler, Lectures on Polytopes, 1995, 7.3).
+    """
+    columns = to_joints * limits
+    joints, motors = columns.shape[1:]
+    rows = []
+    for some in combinations(range(motors), joints - 1):
+        minors = [np.linalg.det(np.delete(columns[:, :, list(some)], j, axis=1)) if some else np.ones(len(columns)) for j in range(joints)]
+        across = np.stack(minors, axis=1) * (-1.0) ** np.arange(joints)
+        size = np.abs(np.einsum("nj,njm->nm", across, columns)).sum(axis=1, keepdims=True)
+        rows.append(np.divide(across, size, out=np.zeros_like(across), where=size > 0))  # columns that are parallel have no side
+    return np.stack(rows, axis=1), np.ones(len(rows))
+
+
+def crossings(to_motors: Array, limits: Array) -> Array:
+    """Points (n, points, joints) whose convex hull are the joints' numbers for which motors, to_motors (n, motors, joints) times these, keep ± limits.
+
+    At a vertex as many motors as joints are at their limits.  Where such a point is beyond the limit of another motor, the one on the way to it that keeps all is taken.
+    """
+    rows = to_motors / limits[None, :, None]
+    joints, found = rows.shape[2], []
+    signs = np.array(list(product((-1.0, 1.0), repeat=joints)))
+    for some in combinations(range(rows.shape[1]), joints):
+        square = rows[:, list(some)]
+        sound = np.linalg.cond(square) < WORST
+        inverse = np.linalg.inv(np.where(sound[:, None, None], square, np.eye(joints)))
+        point = np.einsum("njm,cm->ncj", inverse, signs)
+        beyond = np.maximum(np.abs(np.einsum("nmj,ncj->ncm", rows, point)).max(axis=2, keepdims=True), 1.0 * sound[:, None, None])
+        found.append(point / beyond)
+    return np.concatenate(found, axis=1)
 
 
 def half_widths(to_motors: Array, limits: Array) -> Array:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.drivetrain.boxes import corners, half_widths
+from ksl.drivetrain.boxes import corners, crossings, half_widths, sides
 from ksl.drivetrain.motion import Carrier, MotionMap
 from ksl.drivetrain.rods_cut import RodsCut
 from ksl.mechanism.requests import one_of
@@ -23,13 +23,16 @@ class EffortMap(MotionMap):
 
     # efforts
 
-    def static_motor_efforts(self, q: ArrayLike, tau: ArrayLike) -> Array:
-        """Efforts (…, motors) that hold efforts tau (…, joints) at q by virtual power, τ_motors = Jᵀ τ; nothing of rods and rotors."""
-        return self.mapped(q, tau, "tau", lambda W: self.inverse(W).swapaxes(1, 2))
+    def static_motor_efforts(self, q: ArrayLike, tau: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Efforts (…, motors) that hold efforts tau (…, joints) at q by virtual power, τ_motors = Jᵀ τ; nothing of rods and rotors.
 
-    def static_joint_efforts(self, q: ArrayLike, tau_motors: ArrayLike) -> Array:
+        Of motors that are more than the joints, those that `sharing` says: of all that hold tau the ones with the least sum of squares, each by its scale.
+        """
+        return self.mapped("static_motor_efforts", q, (tau, "tau"), "motors", lambda W: self.inverse(W).swapaxes(1, 2), out, threads)
+
+    def static_joint_efforts(self, q: ArrayLike, tau_motors: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Efforts (…, joints) that those of motors (…, motors) give at q, τ = J⁻ᵀ τ_motors."""
-        return self.mapped(q, tau_motors, "tau_motors", lambda W: W.swapaxes(1, 2))
+        return self.mapped("static_joint_efforts", q, (tau_motors, "tau_motors"), "joints", lambda W: W.swapaxes(1, 2), out, threads)
 
     def motor_efforts(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, carrier: Carrier | None = None) -> Array:
         """Efforts (…, motors) that the motion q, v, a (…, joints) needs: of all bodies, rods and cranks included, and of what physics= names.
@@ -49,9 +52,13 @@ class EffortMap(MotionMap):
         They are what rods pull or push with at their ends.  Of planar loops it is the force in the plane; rigid bodies don't determine that across it.
         """
         Q, V, A, leading = self.whole_state(q, v, a, carrier)
-        others = self.part.without(self.part.of_motors)
-        G, efforts = self.equations.jacobian(Q)[:, :, others], np.asarray(self.tree.inverse_dynamics(Q, V, A))[:, others]
-        self.inverse(self.equations.motions(Q, self.part.of_joints)[:, self.part.of_motors])
+        others = self.part.without([self.part.of_motors[i] for i in self.held_motors])
+        G, efforts = self.equations.jacobian(Q)[:, :, others], np.array(self.tree.inverse_dynamics(Q, V, A))
+        B = self.equations.motions(Q, self.part.of_joints)
+        J = self.inverse(B[:, self.part.of_motors])
+        if len(self.held_motors) < len(self.part.of_motors):  # those that aren't held have efforts, too
+            efforts[:, self.part.of_motors] -= np.einsum("njm,nvj,nv->nm", J, B, efforts, optimize=True)
+        efforts = efforts[:, others]
         multipliers = np.linalg.solve(G.swapaxes(1, 2), efforts[..., None])[..., 0]
         forces = [np.linalg.norm(multipliers[:, rows], axis=1) for rows in self.equations.rows_of_forces()]
         return np.stack(forces, axis=1).reshape(*leading, -1) if forces else np.zeros((*leading, 0))
@@ -109,21 +116,28 @@ class EffortMap(MotionMap):
     # limits
 
     def effort_polytope(self, q: ArrayLike) -> Array:
-        """Vertices (…, 2^motors, joints) of the efforts that motors' effort limits allow at the joints; gravity is not subtracted."""
+        """Vertices (…, 2^motors, joints) of the efforts that motors' effort limits allow at the joints; gravity is not subtracted.
+
+        Of motors that are more than the joints it is the convex hull of these points, some of which lie within it: all ways of sharing count, not only that of `sharing`.
+        """
         W, leading = self.to_motors(q)
         found = corners(self._checked(W).swapaxes(1, 2), self._limits("effort"))
         return found.reshape(*leading, *found.shape[1:])
 
     def velocity_polytope(self, q: ArrayLike) -> Array:
-        """Vertices (…, 2^motors, joints) of the velocities that motors' velocity limits allow at the joints."""
+        """Vertices (…, 2^motors, joints) of the velocities that motors' velocity limits allow at the joints.
+
+        Of motors that are more than the joints it is the convex hull of points (…, C(motors, joints) 2^joints, joints), some of which lie on its sides.
+        """
         W, leading = self.to_motors(q)
-        found = corners(self.inverse(W), self._limits("velocity"))
+        J, limits = self.inverse(W), self._limits("velocity")
+        found = corners(J, limits) if W.shape[1] == W.shape[2] else crossings(W, limits)
         return found.reshape(*leading, *found.shape[1:])
 
     def effort_box(self, q: ArrayLike) -> Array:
         """The largest box by volume in :meth:`effort_polytope`, (…, joints, 2), lower and upper: limits of single joints that hold together."""
         W, leading = self.to_motors(q)
-        return _sides(half_widths(self.inverse(W).swapaxes(1, 2), self._limits("effort")), leading)
+        return _sides(half_widths(*self._effort_sides(W)), leading)
 
     def velocity_box(self, q: ArrayLike) -> Array:
         """The largest box by volume in :meth:`velocity_polytope`, (…, joints, 2)."""
@@ -137,7 +151,12 @@ class EffortMap(MotionMap):
     def effort_alone(self, q: ArrayLike) -> Array:
         """The largest efforts (…, joints) of each joint alone, while the others have none, that motors' effort limits allow at q."""
         W, leading = self.to_motors(q)
-        return _alone(self.inverse(W).swapaxes(1, 2), self._limits("effort"), leading)
+        return _alone(*self._effort_sides(W), leading)
+
+    def _effort_sides(self, W: Array) -> tuple[Array, Array]:
+        """Rows (n, sides, joints) whose products with efforts of joints keep ± limits (sides): the sides of the polytope of efforts."""
+        J, limits = self.inverse(W), self._limits("effort")
+        return (J.swapaxes(1, 2), limits) if W.shape[1] == W.shape[2] else sides(W.swapaxes(1, 2), limits)
 
     def velocity_alone(self, q: ArrayLike) -> Array:
         """The largest velocities (…, joints) of each joint alone, while the others stand still, that motors' velocity limits allow at q."""

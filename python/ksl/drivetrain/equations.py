@@ -28,20 +28,21 @@ def _lengths(loop: Loop) -> int:
 class Equations:
     """Equations of a part, for batches of positions (n, nq)."""
 
-    def __init__(self, m: Calls, tree: Calls, q: Array, part: Part) -> None:
+    def __init__(self, m: Calls, tree: Calls, q: Array, part: Part, shared: bool = False) -> None:
+        """shared: whether motors may be more than the freedoms."""
         self.m, self.tree, self.part = m, tree, part
         mobility = m.mobility(q)
         redundant, names = set(mobility.redundant_rows), {loop.name for loop in part.loops}
         rows = [(loop.name, i) for loop in m.loops for i in range(loop.equations)]
         self.rows = [k for k, row in enumerate(rows) if row[0] in names and row not in redundant]
-        self.rods: list[IdleRod] = idle_rods(m, tree, q, part)
+        self.rods: list[IdleRod] = idle_rods(m, part)
         self.length = mobility.length or 1.0
         left = len(part.all) - len(self.rows) - len(self.rods)
         if left != len(part.of_joints) and mobility.mobility > freedoms(m):
             raise ValueError(
                 f"the equations of {part.loops[0].name} lose rank at the start, where the mechanism has a freedom for an instant; pass start= of another closed position"
             )
-        require_enough(m, part, left)
+        require_enough(m, part, left, shared)
 
     def rows_of_forces(self) -> list[list[int]]:
         """For each loop of the part, which of the equations are of forces: lengths, the first rows of its joint that are along directions that it resists."""

@@ -18,7 +18,7 @@ SAMPLES = 240
 ROUNDED = 1e-3
 """A share of a limit by which files may round."""
 WORDS = {"limit": "the limit of", "reach": "the end of reach", "hold": "where the motors hold nothing", "none": "no end"}
-Judgement = Literal["true", "too large", "too small", "partly too large"]
+Judgement = Literal["true", "too large", "too small", "partly too large", "not judged"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class JudgedLimit:
     box: float
     """What efforts and velocities all joints have together at every position; otherwise NaN."""
     judgement: Judgement
-    """"too large": the motors give it nowhere, or not so far; "partly too large": not everywhere; "too small": they give more everywhere, which a file may want."""
+    """"too large": the motors give it nowhere, or not so far; "partly too large": not everywhere; "too small": they give more everywhere, which a file may want;
+    "not judged": positions are followed from a start that is beyond a limit."""
     reason: str
     share: float
     """The share of the range in which the file's number is too large."""
@@ -83,6 +84,10 @@ def _positions(a: EffortMap, at: Array, joint: Joint, file: str) -> list[JudgedL
         ("upper", joint.upper, r.upper, r.upper_by, r.upper_name, 1),
     ):
         if given is None:
+            continue
+        if r.upper == r.lower:
+            reason = f"the start, {end:.4g} {joint.unit}, is beyond the limit of {whose}; take a map with start= of a closed position within limits"
+            found.append(JudgedLimit(file, joint.name, what, given, np.nan, np.nan, np.nan, "not judged", reason, np.nan))
             continue
         beyond = sign * (given - end) > ROUNDED * max(1.0, abs(given))
         reason = f"the range ends at {end:.4g} {joint.unit}, {WORDS[by]}{' ' + whose if whose else ''}" if beyond else ""

@@ -35,7 +35,7 @@ def _lawson_hanson(A: Array, b: Array) -> Array:
     tolerance = 1e-10 * float(np.abs(A.T @ b).max(initial=0.0))
     for _ in range(3 * n):
         gain = np.where(free, -np.inf, A.T @ (b - A @ x))
-        if free.all() or gain.max() <= tolerance:
+        if gain.max() <= tolerance:  # as where all are free
             break
         free[int(np.argmax(gain))] = True
         while True:

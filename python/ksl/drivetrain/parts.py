@@ -19,7 +19,7 @@ class Part:
     """Coordinates of v, as indices, of a mechanism or of several side by side."""
 
     joints: tuple[str, ...]
-    """Those that were asked for, in this order."""
+    """The joints that were asked for, in this order."""
     motors: tuple[str, ...]
     """The drives that move them, in the order of the model's drives."""
     followers: tuple[str, ...]
@@ -64,14 +64,16 @@ def part_of(m: Calls, joints: Iterable[str]) -> Part:
     )  # fmt: skip
 
 
-def require_enough(m: Calls, part: Part, freedoms: int) -> None:
+def require_enough(m: Calls, part: Part, freedoms: int, shared: bool) -> None:
     """Refuses joints and motors that are not as many as the freedoms of the mechanism, and names those that are missing."""
     named, moving = len(part.of_joints), len(part.of_motors)
     if moving < freedoms:
         raise ValueError(
             f"the motors, {listed(part.motors)}, leave a freedom of the mechanism, which has {freedoms}; name the drives that it has, by m.with_drives([…])"
         )
-    if named > moving:
+    if named > min(moving, freedoms):
+        if moving > freedoms:
+            raise ValueError(f"joints: {listed(part.joints)} have {named} coordinates, and the mechanism has {freedoms} freedoms; name {freedoms}")
         said = f"{listed(part.joints)} have {named} coordinates, and the motors that move them, {listed(part.motors)}, are {moving}"
         raise ValueError(f"joints: more joints than motors: {said}; name {moving}")
     if named < freedoms:
@@ -79,9 +81,9 @@ def require_enough(m: Calls, part: Part, freedoms: int) -> None:
         raise ValueError(
             f"joints: {listed(part.motors)} move {listed(missing)} as well as {listed(part.joints)}; name them, too: [{', '.join(map(repr, (*part.joints, *missing)))}]"
         )
-    if moving > freedoms:
+    if moving > freedoms and not shared:
         said = f"{listed(part.motors)} are {moving} motors of {freedoms} freedoms, so that many efforts give the same motion"
-        raise ValueError(f"joints: {said}; say with m.with_drives([…]) which of them move it")
+        raise ValueError(f"joints: {said}; say with m.with_drives([…]) which of them move it, or with sharing= how all of them share the efforts")
 
 
 def outputs(m: Mechanism, part: Part) -> list[str]:

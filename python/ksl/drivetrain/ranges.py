@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import ArrayLike
 from ksl.drivetrain.assembly import positions_of
 from ksl.drivetrain.equations import Equations
 from ksl.drivetrain.motion import MotionMap
+from ksl.drivetrain.swings import Swing
 from ksl.mechanism import given
 from ksl.mechanism.states import Array
 
@@ -58,7 +61,7 @@ def range_of_column(a: MotionMap, k: int, at: ArrayLike | None, limits: bool, ow
     Q = a.state(a.start[positions_of(equations, equations.part.of_joints)] if at is None else at)[0]
     if Q.ndim != 1:
         raise ValueError(f"at has {len(Q)} positions; expected one")
-    path = _Path(equations, equations.part.of_joints[k], limits, own, Q)
+    path = _Path(equations, equations.part.of_joints[k], limits, own, Q, a.swings if limits else [])
     (lower, lower_by, lower_name), (upper, upper_by, upper_name) = path.end(-1.0), path.end(1.0)
     return Range(lower, upper, lower_by, upper_by, lower_name, upper_name)
 
@@ -66,7 +69,7 @@ def range_of_column(a: MotionMap, k: int, at: ArrayLike | None, limits: bool, ow
 class _Path:
     """The closed positions with all joints kept but one, followed by their length, which goes on where the joint turns back."""
 
-    def __init__(self, equations: Equations, coordinate: int, limits: bool, own: bool, start: Array) -> None:
+    def __init__(self, equations: Equations, coordinate: int, limits: bool, own: bool, start: Array, swings: Sequence[Swing]) -> None:
         self.equations, self.coordinate, self.start = equations, coordinate, start
         part, m = equations.part, equations.m
         self.kept = [i for i in part.of_joints if i != coordinate]
@@ -76,7 +79,13 @@ class _Path:
         self.weights = np.array([1.0 if turns[i] else 1.0 / equations.length for i in self.free])
         self.most = TURN if turns[coordinate] else 10 * equations.length
         self.bounds = [bound for bound in self._bounds() if limits and (own or bound[0] != self._own)]
-        self.names: list[tuple[End, str]] = [("reach", ""), ("hold", ""), *(("limit", name) for name, *_ in self.bounds)]
+        self.names: list[tuple[End, str]] = [
+            ("reach", ""),
+            ("hold", ""),
+            *(("limit", name) for name, *_ in self.bounds),
+            *(("limit", swing.ball) for swing in swings),
+        ]
+        self.swings = swings
         self.sides = [float(np.sign(x)) for x in self._determinants(start)]
 
     def end(self, side: float) -> tuple[float, End, str]:
@@ -87,6 +96,8 @@ class _Path:
         for (by, name), value, (*_, sign, _) in zip(self.names[2:], before[2:], self.bounds):
             if value > AT_LIMIT and (name, sign) != (self._own, -side):
                 return float(Q[self.index]), by, name
+        if beyond := [swing for swing in self.swings if swing.beyond(self.equations, Q[None])[0] > AT_LIMIT]:
+            return float(Q[self.index]), "limit", beyond[0].ball
         while abs(Q[self.index] - self.start[self.index]) < self.most:
             ahead = self._step(Q, tangent, step)
             moved = self._tangent(ahead)
@@ -123,13 +134,14 @@ class _Path:
     def _determinants(self, Q: Array) -> tuple[float, float]:
         """With the joints held, and with the motors."""
         G, part = self.equations.jacobian(Q[None])[0], self.equations.part
-        reach, hold = (float(np.linalg.det(G[:, part.without(held)])) for held in (part.of_joints, part.of_motors))
-        return reach, hold
+        reach, *hold = (float(np.linalg.det(G[:, part.without(held)])) for held in (part.of_joints, *combinations(part.of_motors, len(part.of_joints))))
+        return reach, hold[0] if len(hold) == 1 else float(np.linalg.norm(hold))  # of more motors than joints: whether none of these hold
 
     def _events(self, Q: Array) -> list[float]:
         """Numbers that are positive beyond an end."""
         of_motors = [-side * x for side, x in zip(self.sides, self._determinants(Q))]
-        return of_motors + [sign * (float(Q[i]) - bound) for _, i, sign, bound in self.bounds]
+        swung = [float(swing.beyond(self.equations, Q[None])[0]) for swing in self.swings]
+        return of_motors + [sign * (float(Q[i]) - bound) for _, i, sign, bound in self.bounds] + swung
 
     def _tangent(self, Q: Array) -> Array:
         """The direction of the path, in coordinates times their weights, of length one."""
@@ -172,7 +184,7 @@ class _Path:
 
         low, high = 0.0, 2 * step
         ends = size(low), size(high)
-        inner = [low + (1 - GOLDEN) * (high - low), low + GOLDEN * (high - low)]
+        inner = [(1 - GOLDEN) * high, GOLDEN * high]
         values = [size(x) for x in inner]
         if min(values) >= min(ends):
             return []

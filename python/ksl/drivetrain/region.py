@@ -46,8 +46,10 @@ def within(a: MotionMap, q: Array, limits: bool = True) -> NDArray[np.bool_]:
     if limits:
         index = [k for joint in m.joints if joint.nv and joint.v_index in part.all for k in range(joint.q_index, joint.q_index + joint.nq)]
         allowed[allowed] &= ((Q[allowed][:, index] >= m.lower[index] - 1e-9) & (Q[allowed][:, index] <= m.upper[index] + 1e-9)).all(axis=1)
+        for swing in a.swings if allowed.any() else []:
+            allowed[allowed] &= swing.beyond(equations, Q[allowed]) <= 1e-9
     if allowed.any():
-        determinants = np.linalg.det(a.motor_jacobian(q[allowed])) / np.linalg.det(a.motor_jacobian(a.start[positions_of(equations, part.of_joints)]))
+        determinants = a.holding(a.motor_jacobian(q[allowed])) / a.holding(a.motor_jacobian(a.start[positions_of(equations, part.of_joints)]))
         allowed[allowed] &= (determinants > WEAKEST) & (determinants < 1 / WEAKEST)
     return allowed
 

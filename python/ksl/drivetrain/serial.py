@@ -61,7 +61,9 @@ def serial_model(a: EffortMap, whole: EffortMap, at: ArrayLike | None, limits: L
     armature = target - np.diag(np.asarray(tree.mass_matrix(a.state(q)[0]))[np.ix_(*[a.equations.part.of_joints] * 2)])
     text = _edited(a, tree.to_urdf(), dict(zip(a.joints, np.maximum(armature, 0.0).tolist())), _limits(a, q, samples, limits))
     physics = [name for name in m.physics if name != "rotor bodies"] + (["rotor"] if "rotor bodies" in m.physics else []) + ["armature"]
-    floats = any(joint.name == "floating_base" for joint in m.joints)
+    floats = "floating_base" in m.joint_names and all(
+        element.get("name") != "floating_base" for element in ET.fromstring(text).iter("joint")
+    )  # an SDF file has it as a joint
     return load_string(text, floating_base=floats, gravity=m.gravity.tolist(), physics=list(dict.fromkeys(physics)), friction_width=m.friction_width)
 
 
@@ -100,7 +102,7 @@ def place_of(a: EffortMap, at: ArrayLike | None) -> Array:
     q = a.start[positions_of(a.equations, a.equations.part.of_joints)] if at is None else np.asarray(at, dtype=float)
     if q.shape != (len(a.equations.part.of_joints),):
         raise ValueError(f"at has shape {q.shape}; expected one position, ({len(a.equations.part.of_joints)},)")
-    start, here = (float(np.linalg.det(a.motor_jacobian(x))) for x in (a.start[positions_of(a.equations, a.equations.part.of_joints)], q))
+    start, here = (float(a.holding(a.motor_jacobian(x))) for x in (a.start[positions_of(a.equations, a.equations.part.of_joints)], q))
     if here / start <= 0:
         raise ValueError(f"at={q.tolist()}: motors pull the other way there than at the start, beyond where they hold nothing; range(joint) says where that is")
     return q

@@ -6,6 +6,7 @@ CMakeLists.txt, README.md; `self_test.py`; `manifest.py`: library.json; `flash.p
 
 Many states: `lanes.py`: the printer of vectors; `turning.py`: rows into lanes and back; `batches.py`: the loop over states; `lanes_files.py`: NAME_lanes.c.
 CasADi: `casadi_blocks.py`: sparsity and Jacobians; `casadi_files.py`: NAME_casadi.c; `casadi_function.py`: `ksl.casadi_function`.
-FMU: `fmu.py`; `fmu_variables.py`: names, units, starts; `fmu_description.py`: its XML; `fmu_model.py`: what `fmi3/`, C that is the same for all mechanisms, needs to know of one.
+FMU: `fmus/`.
+Graphics cards: `cuda/`: kernels; `card/`: calls of a model on arrays there.
 `m.compile`: `compiled.py`, `compiler.py`, `cache.py`.
 """

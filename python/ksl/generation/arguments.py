@@ -1,4 +1,4 @@
-"""Inputs of generated functions besides those of rows: their words, what headers say of them, and the engine's model that has their numbers."""
+"""What generated functions have besides the inputs and results of rows: its words, what headers say of them, and the engine's model that has their numbers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl import _core
 from ksl.base.errors import ArgumentError
 from ksl.generation.words import comment
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 Numbers = NDArray[np.floating[Any]]
 OF_MODELS = ("gravity", "payload", "parameters")
-"""Those that are constants of a model otherwise.  Only functions whose results depend on one have it."""
+"""Arguments that are constants of a model otherwise.  Only functions whose results depend on one have it."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,13 @@ class Arguments:
     """Links that carry a payload."""
     parameters: tuple[str, ...] = ()
     """Links whose inertias are replaced."""
+    pivots: bool = False
+    """Are the sizes of pivots a result, of rows that are computed by them?"""
+
+
+def least_pivot(macro: str) -> str:
+    """The limit that headers have where functions give the sizes of pivots."""
+    return f"/* Pivots of closed mechanisms that are smaller don't serve. */\n#define {macro}_LEAST_PIVOT {_core.loop_tolerances()['plan_pivot']!r}\n\n"
 
 
 def arguments_given(model: Model, words: Sequence[str]) -> Arguments:

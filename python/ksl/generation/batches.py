@@ -146,7 +146,8 @@ class Batch:
         given = [name for name, _ in self.function.recording.inputs] + [name for name, _, _ in self.results]
         text["BLOCKS"] = str(self.printer.blocks)
         text["LISTED"] = ", ".join(f"{name}_l" for name in (*given, "w"))
-        squares, most = ROWS[self.function.row].needs_mass, LARGEST[ROWS[self.function.row].needs_mass][self.scalar]
+        squares = self.of_library and ROWS[self.function.row].needs_mass
+        most = LARGEST[squares][self.scalar]
         ordinary = " && ".join(
             f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for (_, _, place), size in zip(self.results, self.distinct)
         )

@@ -47,6 +47,7 @@ class Printer:
     def __init__(self, of: Recording, prefix: str) -> None:
         self.of, self.prefix = of, prefix
         self.straight, self.part, self.storage, self.maybe_unread = STRAIGHT, PART, "", tuple[str, ...]()
+        self.storage_of_parts = f"static {prefix.upper()}PART "
         self.real, self.condition, self.sine_cosine = "float" if of.single else "double", "int", f"{prefix}math_sine_cosine"
         self.operations: list[int] = of.operations.tolist()
         self.operands: list[list[int]] = of.operands.tolist()
@@ -87,8 +88,12 @@ class Printer:
         return f"({text})" if text.startswith("-") else text
 
     def parameters(self) -> str:
-        """Those of the function, as a declaration has them."""
-        return ", ".join([*(f"const {self.real} *{name}" for name, _ in self.of.inputs), *(f"{self.real} *{name}" for name, _ in self.of.results)])
+        """The function's parameters, as a declaration has them."""
+        return ", ".join(self.declared([name for name, _ in self.of.inputs], [name for name, _ in self.of.results]))
+
+    def declared(self, read: list[str], written: list[str]) -> list[str]:
+        """Parameters for these inputs and these results."""
+        return [*(f"const {self.real} *{name}" for name in read), *(f"{self.real} *{name}" for name in written)]
 
     def function(self, name: str) -> str:
         steps = [i for i, what in enumerate(self.operations) if what == Operation.INPUT]
@@ -125,8 +130,8 @@ class Printer:
             last = k == len(parts) - 1
             lines = "".join(self.statements(part, loaded, stored)) + (constants if last else "")
             pointers = self._pointers_of(part, constants if last else "")
-            parameters = ", ".join([*(f"const {self.real} *{x}" for x in pointers[0]), *(f"{self.real} *{x}" for x in pointers[1]), f"{self.real} *w"])
-            texts.append(f"static {self.prefix.upper()}PART void {name}_part_{k + 1}({parameters}) {{\n{lines}}}\n")
+            parameters = ", ".join([*self.declared(*pointers), f"{self.real} *w"])
+            texts.append(f"{self.storage_of_parts}void {name}_part_{k + 1}({parameters}) {{\n{lines}}}\n")
             calls.append(self.call_of_part(f"{name}_part_{k + 1}", [*pointers[0], *pointers[1], "w"]))
         return "\n".join(texts) + f"\n{head}{self.workspace(most)}{''.join(calls)}}}\n"
 

@@ -1,4 +1,4 @@
-"""Compiled code in the user's cache folder: KEY.so and, beside it, its SHA-256.
+"""Compiled code in the user's cache folder: KEY.so, or KEY.cubin for a graphics card, and, beside it, its SHA-256.
 
 What lies there is loaded into the process.  So the folder is the user's own, and nobody else may write to it; a library that belongs to somebody
 else, or that isn't what was written, is not loaded.
@@ -21,6 +21,7 @@ VARIABLE = "KSL_CACHE"
 MOST_BYTES = 256 << 20
 """All libraries together have so many; those that were used longest ago go first."""
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
+CARD_SUFFIX = ".cubin"
 
 
 def cache_folder() -> Path:
@@ -50,23 +51,24 @@ def _usual() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ksl" / "code"
 
 
-def cached(key: str, make: Callable[[Path, Path, Path], None], text: str) -> Path:
+def cached(key: str, make: Callable[[Path, Path, Path], None], text: str, suffix: str = SUFFIX) -> Path:
     """The library of this key; make(source, library, kept) compiles it where it isn't there, or isn't what was written.  kept: where the source stays if
-    that fails."""
+    that fails; "" has none."""
     folder = cache_folder()
-    library = folder / f"{key}{SUFFIX}"
+    library = folder / f"{key}{suffix}"
     if _is_whole(library):
         with contextlib.suppress(OSError):
             os.utime(library)
         return library
     with tempfile.TemporaryDirectory(dir=folder, prefix="making-") as place:
-        source, made = Path(place) / "code.c", Path(place) / f"code{SUFFIX}"
+        source, made = Path(place) / "code.c", Path(place) / f"code{suffix}"
         source.write_text(text, encoding="ascii", newline="\n")
         kept = folder / f"failed-{key[:16]}.c"
         try:
             make(source, made, kept)
         except CompilerError:
-            os.replace(source, kept)
+            if text:
+                os.replace(source, kept)
             raise
         _said(library).write_text(_hash(made), encoding="ascii")
         os.replace(made, library)  # whole, or not at all: other processes may load it
@@ -95,7 +97,7 @@ def _is_whole(library: Path) -> bool:
 def _forget_oldest(folder: Path, but: Path) -> None:
     """Keeps the cache below its bound."""
     kept: list[tuple[float, int, Path]] = []
-    for path in folder.glob(f"*{SUFFIX}"):
+    for path in (*folder.glob(f"*{SUFFIX}"), *folder.glob(f"*{CARD_SUFFIX}")):
         with contextlib.suppress(OSError):
             found = path.stat()
             kept.append((found.st_mtime, found.st_size, path))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -220,12 +220,5 @@ def _with_inputs(of: Recording, kept: Mapping[str, NDArray[np.intp]]) -> Recordi
 def _part(of: Recording, results: Sequence[Matrix]) -> Part:
     """The steps that these results need."""
     outputs = np.concatenate([np.empty(0, np.int32), *(matrix.nonzero for matrix in results)])
-    used = np.zeros(len(of.operations), bool)
-    used[outputs] = True
-    for step in range(len(used) - 1, -1, -1):
-        if used[step]:
-            used[[x for x in of.operands[step] if x >= 0]] = True
-    place = np.append(np.cumsum(used) - 1, -1).astype(np.int32)  # −1, of no operand, stays −1
-    taken: dict[str, Any] = {"operations": of.operations[used], "operands": place[of.operands[used]], "numbers": of.numbers[used], "outputs": place[outputs]}
     sizes = tuple((matrix.name, (len(matrix.nonzero),)) for matrix in results if len(matrix.nonzero))
-    return Part(replace(of, results=sizes, **taken), tuple(results))
+    return Part(replace(of, results=sizes, outputs=outputs).needed(), tuple(results))

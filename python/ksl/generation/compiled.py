@@ -12,9 +12,10 @@ from ksl import _core
 from ksl.base.errors import ArgumentError, CompilerError
 from ksl.generation.batches import instruction_bytes, source
 from ksl.generation.cache import cached
+from ksl.generation.card.compiled import compiled_for_card
 from ksl.generation.compiler import Compiler, find_compiler
 from ksl.generation.arguments import Arguments
-from ksl.generation.requests import functions_of
+from ksl.generation.requests import functions_of, is_differentiated
 from ksl.model.model import with_code
 
 if TYPE_CHECKING:
@@ -27,24 +28,38 @@ _loaded: list[ctypes.CDLL] = []
 
 
 def compiled(
-    model: Model, algorithms: str | Sequence[str], scalar: Literal["double", "float"] = "double", external: Sequence[str] = (), compiler: str | None = None
+    model: Model,
+    algorithms: str | Sequence[str],
+    scalar: Literal["double", "float"] = "double",
+    external: Sequence[str] = (),
+    compiler: str | None = None,
+    device: str = "cpu",
+    parameters: Sequence[str] = (),
 ) -> Model:
     """See `ksl.Model.compile`."""
     if scalar not in ("double", "float"):
         raise ArgumentError(f"scalar={scalar!r}: expected double or float")
     single = scalar == "float"
-    links = tuple(model.link_names[model.frame_link(link)] for link in ([external] if isinstance(external, str) else external))
+    links, with_inertias = _links(model, external, "external"), _links(model, parameters, "parameters")
     algorithms = algorithms.split(",") if isinstance(algorithms, str) else list(algorithms)
+    if device != "cpu":
+        if compiler is not None:
+            raise ArgumentError(f"compiler={compiler!r}: code for a card is compiled by NVRTC, which the variable KSL_NVRTC names; leave it out")
+        return compiled_for_card(model, algorithms, scalar, Arguments(links, parameters=with_inertias), device)
+    if with_inertias:
+        raise ArgumentError(
+            "parameters=: calls on the processor have none; with_parameters makes a model that has them, ksl.torch.differentiable and ksl.jax.differentiable take them, and ksl.generate makes a function that does"
+        )
     functions = functions_of(model, algorithms, Arguments(links), single, "least-norm")
     for function in functions:
         if function.derivative:
             raise ArgumentError(f"algorithms: models have no call {function.derivative}.{function.row}; ksl.generate makes a function of it")
+        if model.loops and is_differentiated(model, function.row):
+            raise ArgumentError(
+                f"algorithms: {function.row} of this closed mechanism is put together by the library from several calls, whose bits code doesn't have; ksl.generate makes a function of it"
+            )
         if (function.recording.outputs < 0).any():
             raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and isn't compiled; the whole matrix is")
-        if function.recording.has_library_sine:
-            raise ArgumentError(
-                f"algorithms: {function.row} of this robot takes sines of the C library, whose bits code in lanes can't have; call the model for it"
-            )
     lanes = instruction_bytes(_core.instruction_set()) // (4 if single else 8)
     text, memory = source(functions, PREFIX, scalar, lanes)
     library = load(text, find_compiler(compiler))
@@ -65,6 +80,14 @@ def compiled(
             )
         )
     return with_code(model, code)
+
+
+def _links(model: Model, given: Sequence[str], what: str) -> tuple[str, ...]:
+    """Names of links, by those of frames.  Raises ArgumentError where one comes twice."""
+    links = tuple(model.link_names[model.frame_link(link)] for link in ([given] if isinstance(given, str) else given))
+    if len(set(links)) < len(links):
+        raise ArgumentError(f"{what} names a link twice: {', '.join(links)}; name each once")
+    return links
 
 
 def load(text: str, compiler: Compiler) -> ctypes.CDLL:

@@ -6,16 +6,19 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from ksl import _core
-from ksl.generation.arguments import argument_texts
+from ksl.base.errors import ArgumentError
+from ksl.generation.arguments import argument_texts, least_pivot
 from ksl.generation.c99 import NOT_FUSED, Printer, about_bytes
-from ksl.generation.flash import flash_bytes
+from ksl.generation.cuda.files import cuda_header, cuda_source, of_the_card
+from ksl.generation.cuda.simulation import Motion, motion_of, simulation
+from ksl.generation.flash import flash_bytes, of_soft_float
 from ksl.generation.lanes_files import lanes_header, lanes_source
 from ksl.generation.manifest import manifest
 from ksl.generation.recording import DERIVATIVES, Operation
-from ksl.generation.requests import Function
+from ksl.generation.requests import ALONG, Function
 from ksl.generation.rows import ROWS
 from ksl.generation.self_test import STATES, SelfTest
 from ksl.generation.sine_cosine import sine_cosine
@@ -34,13 +37,15 @@ class Code:
 
     model: Model
     name: str
-    scalar: str
+    scalar: Literal["double", "float"]
     contract: bool
     functions: Sequence[Function]
     lanes: int = 0
     """So many states are computed at a time by functions of many; 0: there are none."""
     casadi: bool = False
     """Is there NAME_casadi.c?"""
+    cuda: bool = False
+    """Are there NAME.cuh and NAME.cu?"""
 
     @property
     def prefix(self) -> str:
@@ -59,6 +64,8 @@ class Code:
         if self.lanes:
             many[f"{self.name}_lanes.h"] = lanes_header(self.first_line(), self.name, self.scalar, self.lanes, self.functions)
             many[f"{self.name}_lanes.c"] = lanes_source(self.first_line(), self.name, self.scalar, self.lanes, self.functions, self.contract)
+        if self.cuda:
+            many |= {f"{self.name}.cuh": self.cuda_files[0], f"{self.name}.cu": self.cuda_files[1]}
         return many | {
             f"{self.name}.h": self.header(),
             f"{self.name}.c": self.source(),
@@ -67,6 +74,21 @@ class Code:
             "library.json": manifest(self.name, _core.__version__, self.first_line(), self.contract),
             "README.md": self.readme(),
         }
+
+    @cached_property
+    def cuda_files(self) -> tuple[str, str]:
+        """Functions of a card, and kernels."""
+        motion = self.in_motion if isinstance(self.in_motion, Motion) else None
+        header = cuda_header(self.first_line(), self.name, self.scalar, self.functions, self.contract, self.documented, motion)
+        return header, cuda_source(self.first_line(), self.name, self.scalar, self.functions, simulation(motion, self.prefix, self.scalar) if motion else "")
+
+    @cached_property
+    def in_motion(self) -> Motion | str | None:
+        """What a kernel of many steps calls; None where it isn't asked for, and a sentence where there can be none."""
+        try:
+            return motion_of(self.model, self.functions)
+        except ArgumentError as reason:
+            return str(reason)
 
     @cached_property
     def position_names(self) -> list[str]:
@@ -127,7 +149,7 @@ extern "C" {{
 #define {self.macro}_NAME_BYTES {self.name_bytes}
 extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME_BYTES];
 
-{declared}
+{least_pivot(self.macro) if any(f.has_pivots for f in self.functions) else ""}{declared}
 #ifdef __cplusplus
 }}
 #endif
@@ -139,15 +161,26 @@ extern const char {self.prefix}position_names[{self.macro}_NQ][{self.macro}_NAME
         """The comment above a declaration."""
         how = of.recording
         sizes = [f"{name} ({numbers})" for name, numbers in how.inputs] + [f"{name} ({', '.join(map(str, shape)) or '1'})" for name, shape in how.results]
-        text = ascii_text(ROWS[of.row].text)
-        of_derivative = f"{DERIVATIVES[of.derivative]}  Positions change along joint velocities.  They are of: " if of.derivative else ""
+        text = ascii_text(of.text or ROWS[of.row].text)
+        of_derivative = (
+            f"{DERIVATIVES[of.derivative]}  {'Of q, v and a they are those of the drives, along the mechanism' if self.model.loops else 'Positions change along joint velocities'}.  They are of: "
+            if of.derivative
+            else ""
+        )
         lines = textwrap.wrap(f"{of_derivative}{text}  Here: {', '.join(sizes)}.", WIDTH)
         if of.names:
             lines += textwrap.wrap(f"Of {', '.join(map(comment, of.names))}.", WIDTH)
         lines += (line for text in argument_texts(of.arguments) for line in textwrap.wrap(text, WIDTH))
-        if self.model.loops:
+        if self.model.loops and not of.text:
             lines += textwrap.wrap(
                 "Of a closed mechanism, by the pivots of its plan: NaN at positions that are not closed, and where these pivots are too small.", WIDTH
+            )
+        if self.model.loops and (of.row in ALONG or of.derivative):
+            drives = ", ".join(comment(joint) for joint in sorted(self.model.drives or (), key=lambda name: self.model.joint(name).v_index))
+            lines += textwrap.wrap(f"Along the mechanism: columns or rates fewer than coordinates are those of the drives: {drives}.", WIDTH)
+        if of.has_pivots:
+            lines += textwrap.wrap(
+                f"pivots: the size of each pivot at q, the largest about 1.  Results are NaN where one is below {self.macro}_LEAST_PIVOT.", WIDTH
             )
         lines.append(self.counted(of))
         return "/* " + "\n   ".join(line.strip() for line in lines) + " */\n"
@@ -244,6 +277,13 @@ endif()
             f"and the instructions of the processor: compile them with `-march=native -fno-math-errno`, say. Results are the same.\n\n"
         )
 
+    def for_cards(self) -> str:
+        """What is said of kernels."""
+        if not self.cuda:
+            return ""
+        missing = f"There is no kernel of many steps: {ascii_text(self.in_motion)}.\n\n" if isinstance(self.in_motion, str) else ""
+        return of_the_card(self.name, self.scalar, self.functions, self.contract, *self.cuda_files) + "\n" + missing
+
     def slower(self) -> str:
         """What is said of large mechanisms."""
         if self.model.nv < LARGE:
@@ -286,9 +326,9 @@ Numbers are `{self.scalar}`, SI units and radians. Six-vectors are linear first.
 {rows}
 The bytes follow from the statements, as gcc and clang take them at `-O2` on x86-64: a third more or less. Constants of {8 if self.scalar == "double" else 4} bytes and 1,300 bytes of the sine are beside them.
 On a Cortex-M that computes `{self.scalar}` in hardware all of `{self.name}.c` takes about {flash_bytes(self.functions, self.scalar, self.names_bytes):,} bytes of flash.
-`{self.name}.h` says what each reads and writes. A result is written whole, and may lie where an input of the same length is.
+{of_soft_float(self.scalar)}`{self.name}.h` says what each reads and writes. A result is written whole, and may lie where an input of the same length is.
 
-## Order of coordinates
+{self.for_cards()}## Order of coordinates
 
 The numbers of q:
 

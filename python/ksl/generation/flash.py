@@ -17,7 +17,7 @@ RESULT, CONSTANT, SINE = 4, 10, 1150
 
 
 def flash_bytes(functions: Sequence[Function], scalar: str, names: int) -> int:
-    """Those of NAME.c, to three digits: code, constants, the sine, and `names` bytes of what the coordinates are called.
+    """Bytes of flash that NAME.c takes, to three digits: code, constants, the sine, and `names` bytes of what the coordinates are called.
 
     gcc 12 makes 0.94 to 1.10 of it at -O2 (ten files each of the UR5 and the Panda; Cortex-M4F in float, M7 in double)."""
     recordings = [f.recording for f in functions]
@@ -34,6 +34,16 @@ def _statements(of: Recording, each: float) -> float:
 
 def _constants(of: Recording) -> set[float]:
     return {float(number) for number, what in zip(of.numbers, of.operations) if what == Operation.CONSTANT}
+
+
+def of_soft_float(scalar: str) -> str:
+    """What README.md says of double where there is no hardware for it."""
+    if scalar == "float":
+        return ""
+    return (
+        "Processors that have single precision alone (Cortex-M4F, Cortex-M33, RV32IMF) leave `double` to the compiler's library, soft-float: some 40 to 80 times the instructions, "
+        "and 2 to 4 times the flash. `--scalar float` is for them.\n"
+    )
 
 
 def refuse_larger(functions: Sequence[Function], scalar: str, names: int, flash: int) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.arguments import arguments_given
 from ksl.generation.casadi_files import casadi_source, checked_derivatives
+from ksl.generation.cuda.kernels import refuse_unwritten
 from ksl.generation.files import Code
 from ksl.generation.flash import refuse_larger
 from ksl.generation.lanes_files import POSSIBLE
@@ -38,6 +40,8 @@ def generate(
     flash: int = 0,
     abi: Literal["c", "casadi"] = "c",
     derivatives: int = 1,
+    cuda: bool = False,
+    pivots: bool = False,
 ) -> list[Path]:
     """Writes algorithms of a robot as C99 that needs no library, and returns the paths of the files.
 
@@ -62,6 +66,9 @@ def generate(
     abi: "c", or "casadi" for NAME_casadi.c, too: the functions and their Jacobians as CasADi loads them, NAME_casadi_inverse_dynamics, in double
         precision; inputs and results as :func:`ksl.casadi_function` has them.
     derivatives: of the functions for CasADi: 1, Jacobians; 2, second derivatives of weighted sums of the results, too.
+    cuda: whether there are NAME.cuh and NAME.cu, too: the functions for a thread of a graphics card, and kernels of many states.
+    pivots: whether functions that are computed by the pivots of a closed mechanism have a last result `pivots`: the size of each at this position.  Their results
+        are NaN where one is below NAME_LEAST_PIVOT, 0.01; the largest are about 1.
 
     Units, frames and order are those of the model's calls; q has the order of the model's joints, which the header lists.  Functions have the engine's bits.
     Raises ArgumentError where an algorithm isn't known or can't be generated, names that C doesn't take, and code larger than the flash; OutputError.
@@ -87,8 +94,10 @@ def generate(
     prefix = checked_prefix(name)
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
-    functions = functions_of(model, list(algorithms), arguments_given(model, arguments), scalar == "float", undetermined)
-    code = Code(model, prefix, scalar, contract, functions, lanes, abi == "casadi")
+    functions = functions_of(model, list(algorithms), replace(arguments_given(model, arguments), pivots=pivots), scalar == "float", undetermined)
+    if cuda:
+        refuse_unwritten(functions)
+    code = Code(model, prefix, scalar, contract, functions, lanes, abi == "casadi", cuda)
     refuse_larger(functions, scalar, code.names_bytes, flash)
     files = code.files()
     if code.casadi:

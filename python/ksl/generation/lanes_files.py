@@ -47,18 +47,19 @@ def lanes_source(first_line: str, name: str, scalar: str, lanes: int, functions:
     batches = [Batch(function, number, prefix, scalar, lanes, of_library=False) for number, function in enumerate(functions)]
     parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, "" if contract else NOT_FUSED, definitions(batches, judged=False)]
     for batch in batches:
-        parts += [batch.text(), in_words(_call(batch), prefix, scalar, lanes).replace("$PARAMETERS$", parameters(batch.function, scalar))]
+        parts += [batch.text(), call_of(batch, scalar, lanes)]
     return "\n".join(parts)
 
 
-def _call(batch: Batch) -> str:
+def call_of(batch: Batch, scalar: str, lanes: int) -> str:
     """The function that a program calls: rows lie one behind the other, and memory is on the stack."""
     given = ", ".join(f"{{(REAL *){name}, {size}}}" for name, size, _ in batch.inputs)
     wanted = ", ".join(f"{{{name}, {size}}}" for name, size, _ in batch.results)
-    return f"""\
+    text = f"""\
 void @lanes_{batch.function.name}($PARAMETERS$) {{
   const @rows inputs[] = {{{given}}}, results[] = {{{wanted}}};
   @lanes memory[{max(batch.kept, 1)}];
   @states_{batch.number}(n, inputs, results, memory);
 }}
 """
+    return in_words(text, batch.prefix, scalar, lanes).replace("$PARAMETERS$", parameters(batch.function, scalar))

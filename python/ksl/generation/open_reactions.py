@@ -21,8 +21,10 @@ NAMED = 4
 """Joints that a message names."""
 
 
-def refuse_open(model: Model, row: str, joints: Sequence[str]) -> None:
-    """Raises ArgumentError for joints with components that are open in each of some closed positions."""
+def refuse_open(model: Model, where: str, fewer: str, joints: Sequence[str], has_values: bool = True) -> None:
+    """Raises ArgumentError for joints with components that are open in each of some closed positions.
+
+    where: the argument; fewer: how to ask for some joints; has_values: are there values of least norm for them."""
     if not model.loops:
         return
     unique = np.any([model.reactions_unique(closed_position(model, np.random.default_rng(k + 1)), joints) for k in range(POSITIONS)], axis=0)
@@ -33,9 +35,9 @@ def refuse_open(model: Model, row: str, joints: Sequence[str]) -> None:
     ]
     if named:
         more = f"; and {len(named) - NAMED} joints more" if len(named) > NAMED else ""
+        values = ', or for the values of least norm, undetermined="least-norm" (--undetermined least-norm)' if has_values else ""
         raise ArgumentError(
-            f"algorithms: {row}: not determined by rigid bodies: {'; '.join(named[:NAMED])}{more}; ask for joints all of whose components are, {row}:JOINT+JOINT, "
-            'or for the values of least norm, undetermined="least-norm" (--undetermined least-norm)'
+            f"{where}: not determined by rigid bodies: {'; '.join(named[:NAMED])}{more}; ask for joints all of whose components are, {fewer}{values}"
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -74,8 +74,6 @@ class Recording:
     outputs: NDArray[np.int32]
     """The step of each number of the results, one result after the other, row-major; −1: it isn't written."""
     single: bool
-    has_library_sine: bool = False
-    """Is a sine that of the C library where the engine computes it?  Others agree with it to rounding alone."""
 
     @property
     def arithmetic(self) -> int:
@@ -112,6 +110,17 @@ class Recording:
         flat = np.array([np.nan if step < 0 else value[step] for step in self.outputs.tolist()], scalar)
         return np.split(flat, np.cumsum(self.sizes())[:-1])
 
+    def needed(self) -> Recording:
+        """The recording without the steps that no result needs."""
+        used = np.zeros(len(self.operations), bool)
+        used[self.outputs[self.outputs >= 0]] = True
+        operands = self.operands.tolist()
+        for step in range(len(used) - 1, -1, -1):
+            if used[step]:
+                used[[x for x in operands[step] if x >= 0]] = True
+        place = np.append(np.cumsum(used) - 1, -1).astype(np.int32)  # −1, of no step, stays −1
+        return replace(self, operations=self.operations[used], operands=place[self.operands[used]], numbers=self.numbers[used], outputs=place[self.outputs])
+
     def sizes(self) -> list[int]:
         """How many numbers each result has."""
         return [prod(shape) for _, shape in self.results]
@@ -146,7 +155,7 @@ def request_of(model: Model, row: str, arguments: dict[str, Any], inputs: int) -
     stand_in = _RequestOf(model._core, row)
     twin.__dict__["_core"] = stand_in
     try:
-        getattr(twin, row)(*([0.0] * inputs), **arguments)
+        getattr(type(twin), row)(twin, *([0.0] * inputs), **arguments)  # not that of a model with code for a card, which a twin has, too
     except _Intercepted:
         return stand_in.request
     raise ArgumentError(f"algorithms: {row} of this mechanism is computed in several steps, and no code is made of it; cut the loops, or call the library")
@@ -157,7 +166,7 @@ def record(model: Model, row: str, request: Any, arguments: Arguments, single: b
     external, payload, parameters = (
         [model.link_names.index(link) for link in links] for links in (arguments.external, arguments.payload, arguments.parameters)
     )
-    core: _core.Recording = model._core.record(row, request, external, arguments.gravity, payload, parameters, single, derivative)
+    core: _core.Recording = model._core.record(row, request, external, arguments.gravity, payload, parameters, arguments.pivots, single, derivative)
     return Recording(
         row,
         tuple((name, numbers) for name, numbers in core.inputs),
@@ -167,5 +176,4 @@ def record(model: Model, row: str, request: Any, arguments: Arguments, single: b
         np.frombuffer(core.numbers, np.float64),
         np.frombuffer(core.outputs, np.int32),
         single,
-        core.has_library_sine,
     )

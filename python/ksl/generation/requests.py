@@ -33,6 +33,8 @@ TAKEN = frozenset(
 """Headers of C, before which NAME.h would be found, and targets that CMake and CTest have."""
 MOST_STATEMENTS = 400_000
 """Statements of a function at most: some 20 MB of text.  The second derivatives of a humanoid have 107,000."""
+ALONG = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives", "reactions_derivatives")
+"""Derivatives that closed mechanisms have along their motion, by independent coordinates."""
 MOST_IN_NAME = 63
 """Characters that C99 compares of a name."""
 
@@ -62,15 +64,17 @@ class Function:
     keywords: dict[str, Any]
     """What the model's call is given besides inputs."""
     request: Any
-    """That of the compiled call."""
+    """The request of the compiled call."""
     recording: Recording
     arguments: Arguments
-    """Those that the results depend on."""
+    """The arguments that the results depend on."""
     derivative: str
     """"", or "jvp" or "vjp" of the row."""
+    text: str = ""
+    """What headers say of it; that of the row where it is empty."""
 
     def results(self, model: Model, inputs: Sequence[Any]) -> tuple[Any, ...]:
-        """Those of the engine, for the numbers of each input; of derivatives those of the recording."""
+        """The engine's results, for the numbers of each input; of derivatives the recording's."""
         if self.derivative:
             return tuple(self.recording.play(inputs))
         given = dict(zip((name for name, _ in self.recording.inputs), inputs))
@@ -80,7 +84,13 @@ class Function:
             keywords["external"] = dict(zip(self.arguments.external, wrenches))
         model = model_with(model, self.arguments, {name: given.pop(name) for name in OF_MODELS if name in given})
         found = getattr(model, self.row)(*given.values(), **keywords)
-        return found if isinstance(found, tuple) else (found,)
+        pivots = self.recording.play(inputs)[-1:] if self.has_pivots else ()
+        return (*(found if isinstance(found, tuple) else (found,)), *pivots)
+
+    @property
+    def has_pivots(self) -> bool:
+        """Are the sizes of pivots its last result?"""
+        return self.recording.results[-1][0] == "pivots"
 
 
 def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, single: bool, undetermined: Undetermined) -> list[Function]:
@@ -95,6 +105,8 @@ def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, 
         if function.name in made:
             raise ArgumentError(f"algorithms: {asked} and an earlier one would both be called {function.name}; ask for one of them")
         made[function.name] = function
+    if arguments.pivots and not any(function.has_pivots for function in made.values()):
+        raise ArgumentError("pivots=True (--pivots): none of the algorithms is computed by pivots, as dynamics of closed mechanisms are; leave it out")
     return list(made.values())
 
 
@@ -115,11 +127,11 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, u
     if how.external == "required" and not external:
         raise ArgumentError(f"algorithms: {row} needs wrenches; name their links with arguments external:LINK")
     wrenches = {"external": {name: np.zeros(6) for name in external}} if external else {}
-    request = request_of(model, row, keywords | wrenches, len(how.inputs))
+    request = _request(model, row, keywords | wrenches, len(how.inputs))
     if isinstance(request, tuple):  # of several requests for reactions, of which one is made here
         (request,) = request
-    if how.request == "reactions" and undetermined == "refuse":
-        refuse_open(model, row, names or model.joint_names)
+    if how.request in ("reactions", "joints") and (undetermined == "refuse" or row == "reactions_derivatives"):
+        refuse_open(model, f"algorithms: {row}", f"{row}:JOINT+JOINT", names or model.joint_names, has_values=row != "reactions_derivatives")
     taken = replace(arguments, external=external)
     recording = record(model, row, request, taken, single, "")
     unread = [name for name, _ in recording.inputs if name in OF_MODELS and not recording.reads(name)]
@@ -134,6 +146,19 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, u
     in_name = names if how.request in ("link", "frame", "relative") else ()
     kind = [derivative] if derivative else []
     return Function("_".join([row, *map(in_c, in_name), *kind]), row, names, keywords, request, recording, taken, derivative)
+
+
+def _request(model: Model, row: str, keywords: dict[str, Any], inputs: int) -> Any:
+    """That of the model's compiled call."""
+    if not model.loops or row not in ALONG:
+        return request_of(model, row, keywords, inputs)
+    return request_of(model, "reactions", keywords, inputs) if row == "reactions_derivatives" else None
+
+
+def is_differentiated(model: Model, row: str) -> bool:
+    """Is a row of derivatives along a closed mechanism recorded by differentiating its dynamics?  It agrees with the library to rounding."""
+    acting = bool(model.force_elements) and "force elements" in model.physics
+    return row == "reactions_derivatives" or (row in ALONG and acting)
 
 
 def _keywords(model: Model, row: str, names: tuple[str, ...]) -> dict[str, Any]:

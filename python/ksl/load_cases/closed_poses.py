@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import MotionError, ResultError
 from ksl.mechanism.calls import Calls
-from ksl.mechanism.freedoms import freedoms
+from ksl.mechanism.freedoms import freedoms_to_drive
 from ksl.mechanism.mechanism import Joint, Mechanism
 from ksl.mechanism.joint_kinds import columns_of
 from ksl.mechanism.states import Array
@@ -38,7 +38,7 @@ def closed_pose(model: Calls, q: Array, named: Collection[str]) -> tuple[Array, 
     drives = model.drives or ()
     joints = sorted((j for j in moving_joints(model) if j.name in named), key=lambda j: j.name not in drives)
     try:
-        free = freedoms(model)
+        free = freedoms_to_drive(model)
         held = Held(model, tuple(joints))
         if sum(j.nv for j in joints) > free:
             held = Held(model, determining(model, home(model, [j.name for j in joints if j.name in drives]), joints))

@@ -39,7 +39,7 @@ class ComputedCases:
 
     @property
     def model(self) -> Model:
-        """That of the first load case."""
+        """The model of the first load case."""
         return cast(Model, self.cases[0].model)
 
     @property

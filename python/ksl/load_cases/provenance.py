@@ -39,7 +39,7 @@ class Provenance:
     the file doesn't give, or gives as zero, are None."""
     cases: list[dict[str, Any]]
     """A dict for each load case: name, motion, samples, gravity, payloads, physics, external; external_wrenches: those that are constant, {link: [6]};
-    compliance: {joint: [36]}, by rows, of joints with stiffnesses."""
+    compliance: {joint: [36]}, by rows, of joints with stiffnesses; 36 numbers more, Σ u uᵀ, where nothing resists along directions u."""
     inputs: list[InputFile] = field(default_factory=list)
     options: dict[str, Any] = field(default_factory=dict)
     command: str = ""
@@ -57,7 +57,7 @@ class Provenance:
         return {"version": __version__, **asdict(self), "units": UNITS, "conventions": CONVENTIONS}
 
     def lines(self) -> list[tuple[str, str]]:
-        """The same for people: names and texts, most important first."""
+        """The provenance for people: names and texts, most important first."""
         several = len(self.cases) > 1
         by_case = [(f"case {c['name']}" if several else name, text) for c in self.cases for name, text in _of_case(c, several)]
         files = [line for role in dict.fromkeys(f.role for f in self.inputs) for line in _of_files(role, [f for f in self.inputs if f.role == role])]

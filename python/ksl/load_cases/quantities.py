@@ -36,7 +36,7 @@ def round_off_of(loads: Iterable[object], weight: float) -> float:
 
 
 def round_off_in(rows: Iterable[Mapping[str, object]], weight: float) -> float:
-    """The same of rows of a summary."""
+    """Forces and moments of a summary below it are round-off; weight: as :func:`round_off_of` has it."""
     return round_off_of((row.get(f"{q}_peak") for row in rows for q in LOADS), weight)
 
 
@@ -175,7 +175,7 @@ LARGE_RESIDUAL = 1e-2
 LEAST_SHARE = 1e-3
 """A mechanism that swings freely takes no power but errors, which are judged by this share of what its energies exchange."""
 LEAST_ENERGY = 1e-9
-"""The same of energies, as shares of the largest potential energy: what hardly moves."""
+"""Energies below this share of the largest potential energy are of what hardly moves."""
 CAUSES_OF_RESIDUALS = (
     "positions, velocities and accelerations of the motion disagree, or it jumps, or its positions are rounded or noisy, or its samples are too far apart"
 )
@@ -184,7 +184,7 @@ ROUND_OFF_OF_ENERGY = 1e-12
 
 
 ROUND_OFF_OF_POSITIONS = 3e-14
-"""The same of positions that are differentiated twice: some hundred units in the last place."""
+"""Relative error of positions that are differentiated twice: some hundred units in the last place."""
 
 
 def power_round_off(time: Array, kinetic: Array, potential: Array, q: Array, v: Array, largest_effort: float) -> float:
@@ -305,7 +305,7 @@ def first_extreme(x: Array) -> int:
 
 
 def first_extremes(x: Array) -> NDArray[np.intp]:
-    """The same for curves x (…, n) at once, along the last axis."""
+    """Indices of the first extremes of curves x (…, n), along the last axis."""
     largest, least = x.max(axis=-1), x.min(axis=-1)
     first: NDArray[np.intp] = np.argmax(x >= (largest - 1e-14 * np.abs(largest))[..., None], axis=-1)
     return np.where(largest - least <= CONSTANT * np.maximum(np.abs(largest), 1.0), 0, first)

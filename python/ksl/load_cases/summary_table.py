@@ -81,7 +81,7 @@ def write_summary(path: Path, rows: Sequence[SummaryRow], provenance: Provenance
 
 
 def summary_table(rows: Sequence[SummaryRow], provenance: Provenance) -> pa.Table:
-    """The same as a table; quantities that a joint doesn't have are null.  Metadata as in wrenches.parquet."""
+    """The summary's rows as a table; quantities that a joint doesn't have are null.  Metadata as in wrenches.parquet."""
     require("a table of the summary", "pyarrow")
     import pyarrow as pa
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from numpy.typing import ArrayLike
 
@@ -11,7 +11,7 @@ from ksl import _core
 from ksl.mechanism.loops import Gains, LoopCalls
 from ksl.mechanism.requests import one_of, requests_given
 from ksl.mechanism.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, Undetermined, external_in, numbers
-from ksl.mechanism.stiffness import Stiffness
+from ksl.mechanism.stiffness import Stiffnesses
 
 
 class Calls(LoopCalls):
@@ -64,7 +64,7 @@ class Calls(LoopCalls):
     def reactions(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, on: Side = "child", at: Point = "joint", axes: str = "joint",
         order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None,
-        external_axes: ExternalAxes = "link", stiffness: Mapping[str, Stiffness] | None = None,
+        external_axes: ExternalAxes = "link", stiffness: Stiffnesses | None = None,
     ) -> Array:  # fmt: skip
         """The wrench through each joint: what the parent side exerts on the child side.
 

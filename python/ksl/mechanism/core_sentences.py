@@ -7,7 +7,11 @@ from collections.abc import Iterable
 
 from ksl.base.notes import Kind, Note
 
-_KINDS = ((Kind.MASSES, re.compile(r"link |none of the links")), (Kind.QUATERNION, re.compile(r"joint .*quaternion")))
+_KINDS = (
+    (Kind.MASSES, re.compile(r"link |none of the links")),
+    (Kind.QUATERNION, re.compile(r"joint .*quaternion")),
+    (Kind.STIFFNESS, re.compile(r"the stiffness of the joint that fixes link")),
+)
 """How warnings begin."""
 _NOT_EXPANDED = "run xacro first: xacro FILE > robot.urdf"
 

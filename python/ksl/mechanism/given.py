@@ -35,9 +35,13 @@ class TypedPose(Protocol):
 
 PoseLike = ArrayLike | TypedPose
 """A matrix (4, 4), or a :class:`ksl.Pose`."""
+OF_LINKS = {"external": (6, "force, then moment"), "parameters": (10, "m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz")}
+"""What calls are given of links besides their inputs, {link: (…, numbers)}: how many numbers, and which; in the order of generated kernels."""
 
 
 def number(x: Any, what: str) -> float:
+    if type(x) is float:  # as most are
+        return x
     if isinstance(x, (str, bytes, bytearray, complex, np.complexfloating, np.ma.core.MaskedConstant, np.datetime64, np.timedelta64)):
         raise ValueError(f"{what} is {x!r}; expected a number")
     try:
@@ -99,14 +103,15 @@ def pose(x: PoseLike | None, what: str, to: str | None = None) -> list[float]:
     matrix = array(x, (4, 4), what)
     if not (matrix[3] == (0.0, 0.0, 0.0, 1.0)).all():
         raise ValueError(f"{what}: its last row is {matrix[3].tolist()}; a pose has 0 0 0 1 there")
-    return [float(v) for v in matrix.ravel()]
+    found: list[float] = matrix.ravel().tolist()
+    return found
 
 
 def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> Mass:
     """The mass of a link or a payload, with centre and inertia.  `inertia` None is that of a point mass.  The compiled code checks that a body can have it."""
     tensor = np.zeros((3, 3)) if inertia is None else array(inertia, (3, 3), f"{of}: its inertia")
     center = three_numbers(center_of_mass, f"{of}: its centre of mass")
-    return number(kilograms, f"{of}: its mass"), list(center), [float(v) for v in tensor.ravel()]
+    return number(kilograms, f"{of}: its mass"), list(center), tensor.ravel().tolist()
 
 
 def pose_of(what: str, pose: PoseLike | None, xyz: ArrayLike | None, rpy: ArrayLike | None, quaternion: ArrayLike | None) -> PoseLike | None:

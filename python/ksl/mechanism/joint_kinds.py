@@ -63,7 +63,7 @@ def units_of(joint: OfKind) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str
 
 
 def columns_of_one_coordinate(joint: OfKind) -> tuple[list[str], list[str], list[str]]:
-    """Those that it would have if it had one coordinate."""
+    """The columns that it would have if it had one coordinate."""
     return _named(joint.name, "revolute")
 
 

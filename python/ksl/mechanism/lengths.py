@@ -66,12 +66,12 @@ def far(what: str, length: float, reach: float, origin: str = "", times: float =
 
 
 def far_point(what: str, point: Sequence[float], reach: float, origin: str = "the link's origin") -> list[str]:
-    """The same of a point: three numbers, m, from an origin of the robot."""
+    """A sentence about a point that is too far away: three numbers, m, from an origin of the robot."""
     return far(what, math.hypot(*(float(x) for x in point)), reach, origin)
 
 
 def far_inertia(what: str, mass: float, moments: Sequence[float], reach: float) -> list[str]:
-    """The same of a body's moments of inertia about its centre of mass, kg m²: their radius of gyration is a length."""
+    """A sentence about a body's moments of inertia about its centre of mass, kg m², whose radius of gyration, a length, is too large."""
     largest = max((abs(float(x)) for x in moments), default=0.0)
     if not (mass > 0 and reach > 0 and math.isfinite(largest)):
         return []

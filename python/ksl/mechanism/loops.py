@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import cast, Any
 
@@ -19,7 +19,7 @@ from ksl.mechanism import given
 from ksl.mechanism.chosen_coordinates import Chosen, ChosenCoordinates
 from ksl.mechanism.requests import names_in_order
 from ksl.mechanism.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined, argument_rows, external_in, items_of, leading_shape
-from ksl.mechanism.stiffness import Stiffness
+from ksl.mechanism.stiffness import Stiffnesses
 
 Gains = float | tuple[float, float]
 """(α, β) of a correction of errors of loops, 1/s, or one number for both."""
@@ -146,7 +146,7 @@ class LoopCalls(ChosenCoordinates):
     def independent(self, q: ArrayLike) -> NDArray[np.intp]:
         """Indices into v, ascending, of coordinates that all others follow from at q (nq).
 
-        They are those of the drives where these are as many as the freedoms and determine the motion, else those that elimination with
+        They are those of the drives, and one of each idle body, where these are as many as the freedoms and determine the motion, else those that elimination with
         complete pivoting leaves.  Columns of derivatives are in this order, and `hold=` and `given=` of the calls below take it.
         """
         return np.array(self._core.independent(self._one_position(q)), dtype=np.intp)
@@ -197,7 +197,8 @@ class LoopCalls(ChosenCoordinates):
         """Velocities (…, nv) that keep the loops closed at q (…, nq), with the coordinates of the joints `given` as in v (…, nv).
 
         given: names of joints, or indices into v, as :meth:`independent` has them.
-        Where the given joints leave freedoms, the result is the one nearest to v, in the sum of squares of its numbers, and a warning says
+        Idle bodies, rods with balls at both ends, have no spin about their lines where joints are given, and none of theirs is.
+        Where the given joints leave other freedoms, the result is the one nearest to v, in the sum of squares of its numbers, and a warning says
         so.  Coordinates that no motion of the closed mechanism has are a ValueError.
 
             v = m.consistent_velocity(q, v, given=["crank"])
@@ -246,7 +247,7 @@ class LoopCalls(ChosenCoordinates):
         unique: NDArray[np.bool_] = np.logical_not(np.asarray(open_components))
         return unique
 
-    def _with_stiffness(self, stiffness: Mapping[str, Stiffness]) -> Any:
+    def _with_stiffness(self, stiffness: Stiffnesses) -> Any:
         """The model with these stiffnesses, which is made by a room above."""
         raise NotImplementedError
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -166,19 +166,16 @@ class Link:
         return (self.mass, *self.first_moment, xx, xy, yy, zx, yz, zz)
 
 
-def _joint(row: Mapping[str, Any]) -> Joint:
-    fields: dict[str, Any] = {k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}
-    return Joint(**fields)
+_Row = TypeVar("_Row", Joint, Link, Loop, ForceElement)
 
 
-def _loop(row: Mapping[str, Any]) -> Loop:
-    fields: dict[str, Any] = {k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}
-    return Loop(**fields)
+def _of_row(kind: type[_Row], row: Mapping[str, Any]) -> _Row:
+    """A row of the core as one of these.  Not by the call of its class, which sets each field of a frozen one by a call of its own: models have thousands of rows.
 
-
-def _force_element(row: Mapping[str, Any]) -> ForceElement:
-    fields: dict[str, Any] = {k: tuple(x) if isinstance(x, list) else x for k, x in row.items()}
-    return ForceElement(**fields)
+    Fields that the row leaves out are those of the class, their defaults."""
+    made = object.__new__(kind)
+    made.__dict__.update({name: tuple(x) if type(x) is list else x for name, x in row.items()})
+    return made
 
 
 def _read_only(x: Array) -> Array:
@@ -205,11 +202,11 @@ class Mechanism:
         """Which physics of joints the model has, besides that of rigid bodies: names as `physics=` of :func:`ksl.load` takes them."""
         self.friction_width: float = core.physics[1]
         """The width of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
-        self.joints: tuple[Joint, ...] = tuple(_joint(row) for row in core.joints)
+        self.joints: tuple[Joint, ...] = tuple(_of_row(Joint, row) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
-        self.loops: tuple[Loop, ...] = tuple(_loop(row) for row in core.loops)
+        self.loops: tuple[Loop, ...] = tuple(_of_row(Loop, row) for row in core.loops)
         """The joints that close loops; a model without them is a tree."""
-        self.force_elements: tuple[ForceElement, ...] = tuple(_force_element(row) for row in core.force_elements)
+        self.force_elements: tuple[ForceElement, ...] = tuple(_of_row(ForceElement, row) for row in core.force_elements)
         """Springs, dampers and cylinders between points of two links.  They act if `physics` names "force elements"."""
         self.drives: tuple[str, ...] | None = None if core.drives is None else tuple(core.drives)
         self.drive_weights: tuple[float, ...] = tuple(core.drive_weights)
@@ -250,7 +247,7 @@ class Mechanism:
     @cached_property
     def links(self) -> tuple[Link, ...]:
         """Parents first.  Made when asked for: models that differ in inertias alone are made by the thousand."""
-        return tuple(Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in self._core.links)
+        return tuple(_of_row(Link, row) for row in self._core.links)
 
     @cached_property
     def lower(self) -> Array:
@@ -525,8 +522,8 @@ class Mechanism:
 
     def _is_one_frame(self, name: str, link: int) -> bool:
         """Does a name mean this link alone?  Not if joint and link of the name differ, and not if it says what `link:` and `joint:` say of another."""
-        kind, _, rest = name.partition(":")
-        is_said = rest in {"link": self._link_index, "joint": self._children}.get(kind, {})
+        kind, separated, rest = name.partition(":")
+        is_said = separated and rest in {"link": self._link_index, "joint": self._children}.get(kind, {})
         return not is_said and self._link_index.get(name, link) == link == self._children.get(name, link)
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:

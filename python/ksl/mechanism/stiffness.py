@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import DescriptionError, unknown_name
+from ksl.base.higher_rooms import function_of
 from ksl.mechanism import given
 from ksl.mechanism.gear_classes import Of, along_motion
 from ksl.mechanism.requests import one_of
@@ -18,9 +20,11 @@ if TYPE_CHECKING:
     from ksl.mechanism.mechanism import Joint, Loop, Mechanism
 
 Stiffness = ArrayLike | Mapping[str, Any]
-"""One number, along the joint's motion; six numbers; a (6, 6) matrix; or a mapping with some of "axial", "radial", "tilting" and "motion", the last a number or
-classes as :mod:`ksl.mechanism.gear_classes` has them."""
-BEARING_KEYS = ("axial", "radial", "tilting", "motion")
+"""One number, along the joint's motion; six numbers; a (6, 6) matrix; or a mapping with some of "axial", "radial", "tilting", "torsional" and "motion", the last
+a number or classes as :mod:`ksl.mechanism.gear_classes` has them, and where they act: "position" along the joint's axis, or "axis" and "at" of a joint without one."""
+Stiffnesses = Mapping[str, Stiffness] | str | os.PathLike[str]
+"""{joint: …}, or a TOML file: of stiffnesses, or of components that have some."""
+BEARING_KEYS = ("axial", "radial", "tilting", "torsional", "motion", "position", "axis", "at")
 
 
 def joints_of_loops(model: Mechanism) -> list[str]:
@@ -37,13 +41,23 @@ _COMPLIANCES = 8
 
 
 def compliances_of(model: Mechanism) -> dict[str, list[float]]:
-    """{joint: compliance (36), row by row} of the joints that give way, where reactions depend on it."""
-    return all_compliances_of(model) if model.loops else {}
+    """{joint: compliance (36), row by row} of the joints that give way, where reactions depend on it.
+
+    Where nothing resists in some directions, 36 numbers more: Σ u uᵀ over these.
+    """
+    kept = model._core.state()[_COMPLIANCES] if model.loops else []
+    return {joint: [*matrix, *(loose if any(loose) else ())] for joint, matrix, loose in kept if joint}  # no loop goes through the ground's joint
 
 
-def all_compliances_of(model: Mechanism) -> dict[str, list[float]]:
-    """{joint: compliance (36), row by row} of all joints that give way."""
-    return {joint: list(matrix) for joint, matrix in model._core.state()[_COMPLIANCES]}
+def all_flexibilities_of(model: Mechanism) -> dict[str, Flexibility]:
+    """How all joints give way that have stiffnesses in the model."""
+    kept = model._core.state()[_COMPLIANCES]
+    return {joint or ground_of(model): Flexibility(np.reshape(matrix, (6, 6)), _independent(np.reshape(loose, (6, 6)))) for joint, matrix, loose in kept}
+
+
+def ground_of(model: Mechanism) -> str:
+    """The name of the joint that fixes the root to the ground, whose stiffness a description keeps without a name; empty where the root floats."""
+    return next((joint.name for joint in model.joints if joint.parent is None and joint.kind == "fixed"), "")
 
 
 def rigid_beside(model: Mechanism) -> list[str]:
@@ -58,6 +72,12 @@ def ways_of(model: Mechanism, loop: Loop) -> tuple[list[str], list[str]]:
     return [joint for joint in one if joint not in other], [joint for joint in other if joint not in one]
 
 
+FARTHEST = 10.0
+"""m: what acts farther from a joint is no bearing or flange of it."""
+PLACES = ("position", "axis", "at")
+"""Keys that say where stiffnesses act."""
+
+
 class Flexibility(NamedTuple):
     """How a joint gives way, as displacements of its child's origin and turns about it, in the axes of its frame on the child's side."""
 
@@ -65,6 +85,26 @@ class Flexibility(NamedTuple):
     """(6, 6), m/N … rad/(N m), linear first."""
     loose: np.ndarray
     """(6, directions) in which it gives way without resisting: those of zero stiffness."""
+
+    def numbers(self) -> tuple[list[float], list[float]]:
+        """The compliance (36), row by row, and Σ u uᵀ over the loose directions, as a description has them."""
+        return self.compliance.ravel().tolist(), (self.loose @ self.loose.T).ravel().tolist()
+
+
+@overload
+def table_of(model: Mechanism, stiffness: Stiffnesses) -> Mapping[str, Stiffness]: ...
+@overload
+def table_of(model: Mechanism, stiffness: Stiffnesses | None) -> Mapping[str, Stiffness] | None: ...
+def table_of(model: Mechanism, stiffness: Stiffnesses | None) -> Mapping[str, Stiffness] | None:
+    """{joint: …} as it is given, or of a file, judged.  Raises ValueError, which begins with the name of the file."""
+    if not isinstance(stiffness, (str, os.PathLike)):
+        return stiffness
+    table: Mapping[str, Stiffness] = function_of("stiffnesses")(stiffness)
+    try:
+        flexibilities_of(model, table)
+    except ValueError as e:
+        raise DescriptionError(f"{os.fspath(stiffness)}: {e}") from None
+    return table
 
 
 def flexibilities_of(
@@ -77,7 +117,9 @@ def flexibilities_of(
     joints: dict[str, Joint | Loop] = {joint.name: joint for joint in model.joints}
     joints |= {loop.name: loop for loop in model.loops}
     found: dict[str, Flexibility] = {}
-    for name, x in given.mapping(stiffness, "stiffness", "{joint: a number, six, a (6, 6) matrix, or axial, radial, tilting and motion}"):
+    for name, x in given.mapping(
+        stiffness, "stiffness", "{joint: a number, six, a (6, 6) matrix, or axial, radial, tilting, torsional and motion}, or a TOML file"
+    ):
         joint = model._plain(given.name(name, "a joint"), "joint")
         if joint not in joints:
             raise DescriptionError(unknown_name(model.name or model.file, "joint", joint, list(joints)))
@@ -118,22 +160,56 @@ def _of_directions(who: str, directions: np.ndarray, stiffnesses: ArrayLike) -> 
 def _of_bearing(who: str, stiffness: Mapping[str, Any], of: Joint | Loop) -> Flexibility:
     for key in stiffness:
         one_of(key, f"{who} has key", *BEARING_KEYS)
-    if of.axis is None or not any(of.axis):
-        raise ValueError(f"{who}: the joint has no axis; give six numbers in the axes of its frame")
-    u = np.array(of.axis)
+    u, at = _place(who, stiffness, of)
     across = np.linalg.svd(u[None])[2][1:]
-    keys = ["axial", "radial", "radial", "tilting", "tilting"]
-    directions = np.zeros((6, 5))
-    directions[:3, 0], directions[:3, 1:3], directions[3:, 3:] = u, across.T, across.T
+    keys = ["axial", "radial", "radial", "tilting", "tilting", "torsional"]
+    directions = np.zeros((6, 6))
+    directions[:3, 0], directions[:3, 1:3], directions[3:, 3:5], directions[3:, 5] = u, across.T, across.T, u
     motion = steady_motion(of)
     if "motion" in stiffness and motion.shape[1] != 1:
         raise ValueError(f"{who}: a {of.kind} joint has no single motion; give six numbers in the axes of its frame")
-    numbers = {key: given.number(x, f"{who}: {key}") for key, x in stiffness.items()}
-    bearing = _of_directions(who, directions, [numbers.get(key, np.inf) for key in keys])
+    if "torsional" in stiffness and of.kind in ("revolute", "continuous", "helical", "cylindrical"):
+        raise ValueError(f"{who}: torsional is about the axis, and a {of.kind} joint turns about it; give motion")
+    numbers = {key: given.number(x, f"{who}: {key}") for key, x in stiffness.items() if key not in PLACES}
+    bearing = _moved(_of_directions(who, directions, [numbers.get(key, np.inf) for key in keys]), at)
     if of.kind != "helical":  # whose motion is none of these directions
         bearing = Flexibility(_without(bearing.compliance, motion), _independent(bearing.loose - motion @ (motion.T @ bearing.loose)))
     along = _of_directions(who, motion, [numbers["motion"]]) if "motion" in stiffness else Flexibility(np.zeros((6, 6)), np.zeros((6, 0)))
     return Flexibility(bearing.compliance + along.compliance, np.hstack([bearing.loose, along.loose]))
+
+
+def _place(who: str, stiffness: Mapping[str, Any], of: Joint | Loop) -> tuple[np.ndarray, np.ndarray]:
+    """The unit vector (3) that axial and tilting refer to, and the point (3) about which the joint tilts, in its frame."""
+    if of.axis is not None and any(of.axis):
+        for key in ("axis", "at"):
+            if key in stiffness:
+                raise ValueError(f"{who}: {key} is for joints without an axis, and {of.name} has one; give position, m along it from the joint's origin")
+        u = np.array(of.axis)
+        return u, _near(who, given.number(stiffness.get("position", 0.0), f"{who}: position") * u)
+    if "position" in stiffness or "axis" not in stiffness:
+        raise ValueError(
+            f"{who}: the joint has no axis; give axis = [x, y, z] beside axial, radial, tilting and torsional, and at = [x, y, z] where it tilts; or six numbers in the axes of its frame"
+        )
+    u, at = (given.array(stiffness.get(key, [0.0, 0.0, 0.0]), (3,), f"{who}: {key}") for key in ("axis", "at"))
+    length = np.linalg.norm(u)
+    if not (np.isfinite(length) and length > 0 and np.isfinite(at).all()):
+        raise ValueError(f"{who}: axis {u.tolist()} and at {at.tolist()}; expected a direction and a point, m")
+    return u / length, _near(who, at)
+
+
+def _near(who: str, at: np.ndarray) -> np.ndarray:
+    """Refuses a point that was most likely meant in millimetres."""
+    if not (far := float(np.linalg.norm(at))) < FARTHEST:
+        raise ValueError(f"{who}: it acts {far:g} m from the joint's origin; lengths are in metres: {far:g} mm are {far / 1000:g}")
+    return at
+
+
+def _moved(of: Flexibility, at: np.ndarray) -> Flexibility:
+    """What gives way about a point, as displacements of the origin: d = d_at + at × rotation."""
+    x, y, z = at
+    X = np.eye(6)
+    X[:3, 3:] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    return Flexibility(X @ of.compliance @ X.T, X @ of.loose)
 
 
 def _without(compliance: np.ndarray, motion: np.ndarray) -> np.ndarray:
@@ -145,7 +221,7 @@ def _without(compliance: np.ndarray, motion: np.ndarray) -> np.ndarray:
 def _independent(directions: np.ndarray) -> np.ndarray:
     """Orthonormal columns that span the same."""
     basis, size, _ = np.linalg.svd(directions, full_matrices=False)
-    return np.asarray(basis[:, size > 1e-9])
+    return np.asarray(basis[:, size > 1e-9 * size.max(initial=1.0)])
 
 
 def steady_motion(of: Joint | Loop) -> np.ndarray:

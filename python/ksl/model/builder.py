@@ -6,7 +6,8 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ksl import _core
 from ksl.base.errors import DescriptionWarning
@@ -35,6 +36,7 @@ _JointNumbers = tuple[
     list[float],
     list[float | None],
 ]
+_ORIGIN, _NO_TENSOR = np.zeros(3), np.zeros((3, 3))
 _SEVERAL_LIMITS = names_with(lambda kind: kind.numbers_with_limits > 1)
 _OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
 
@@ -278,6 +280,37 @@ def _dh_row(number: int, row: DHRow) -> tuple[list[float], str, given.Mass, _Joi
     limits, effort, velocity = row.get("limits"), row.get("effort"), row.get("velocity")
     options = _options(who, None, None, None, limits, effort, velocity, row.get("damping", 0.0), row.get("friction", 0.0))
     return numbers, given.name(row.get("kind", "revolute"), f"{who}: kind"), mass, options
+
+
+class PlainBuilder:
+    """What readers of files give a builder: arrays of doubles and plain numbers, which need no conversion, and a hundred thousand of them no time."""
+
+    def __init__(self, builder: Builder) -> None:
+        self._core = builder._core
+
+    def add_link(self, name: str, mass: float = 0.0, center_of_mass: NDArray[np.float64] = _ORIGIN, inertia: NDArray[np.float64] = _NO_TENSOR) -> None:
+        self._core.add_link(name, (mass, center_of_mass.tolist(), inertia.ravel().tolist()))
+
+    def add_joint(
+        self,
+        name: str,
+        kind: str,
+        parent: str,
+        child: str,
+        pose: NDArray[np.float64],
+        axis: NDArray[np.float64] | None = None,
+        *,
+        limits: tuple[float | None, float | None] = (None, None),
+        effort: float | None = None,
+        velocity: float | None = None,
+        armature: float = 0.0,
+        mimic: tuple[str, float, float] | None = None,
+    ) -> None:
+        """Joints whose position has one pair of limits at most."""
+        numbers = [armature, 0.0, 1.0, 0.0, 0.0]
+        of_axis = None if axis is None else axis.tolist()
+        options = (of_axis, None, None, *limits, effort, velocity, 0.0, 0.0, mimic, None, numbers, [None] * 4)
+        self._core.add_joint(name, kind, parent, child, pose.ravel().tolist(), options)
 
 
 def core_of_builder(builder: Builder) -> _core.Builder:

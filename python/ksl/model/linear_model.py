@@ -78,7 +78,7 @@ class LinearModel:
         )
 
     def state_space(self) -> Any:
-        """The same as a `scipy.signal.StateSpace`, for lsim, bode, dlsim …; without chosen outputs, all states are.  Needs SciPy, of the extra `ksl[loads]`."""
+        """The model as `scipy.signal.StateSpace`, for lsim, bode, dlsim …; without chosen outputs, all states are.  Needs SciPy, of the extra `ksl[loads]`."""
         require("LinearModel.state_space", "scipy")
         from scipy.signal import StateSpace
 

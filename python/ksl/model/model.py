@@ -19,15 +19,17 @@ from ksl.mechanism.payload import Payload, point_masses
 from ksl.mechanism.requests import one_of
 from ksl.simulation.simulate import SimulationCalls
 from ksl.mechanism.states import EFFORT_PARTS, Array, External, ExternalAxes, Order, Point, Side
+from ksl.model.on_card import CodeOnCard
 from ksl.model.small_motions import SmallMotions
 from ksl.model.surgery import Surgery
 
 if TYPE_CHECKING:
     from ksl.base.arrow_table import ArrowTable
+    from ksl.model.poses_at_rest import Modes
     from ksl.model.section import Share
 
 Layout = Mapping[str, Any]
-"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.robot_files.load_mjcf` has its contents."""
+"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.robot_files.mjcf_states` reads them."""
 
 _Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics, bool]
 """A path, and the options of `_core.load_text`: what a model is made from again."""
@@ -208,7 +210,13 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order, external_axes)
 
     def compile(
-        self, algorithms: str | Sequence[str], scalar: Literal["double", "float"] = "double", external: Sequence[str] = (), compiler: str | None = None
+        self,
+        algorithms: str | Sequence[str],
+        scalar: Literal["double", "float"] = "double",
+        external: Sequence[str] = (),
+        compiler: str | None = None,
+        device: str = "cpu",
+        parameters: Sequence[str] = (),
     ) -> Model:
         """The same robot, whose batches of these algorithms are computed by code that is compiled for it alone.
 
@@ -217,6 +225,11 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         scalar: the precision of the arrays, "double" or "float".  Compile twice for both: the second model has the code of the first, too.
         external: links on which wrenches act in such calls, in this order; without any, calls with wrenches are computed as before.
         compiler: a command that takes the options of gcc; by default that of the variable KSL_CC, or clang, gcc, cc, or that of `ksl[compile]`.
+        device: "cpu", or a graphics card, "cuda" or "cuda:1": calls with arrays on a card are then computed there, in the caller's current stream, without
+        waiting, and others as before.  Takes tensors of torch, arrays of CuPy, Numba and others; results are of the first one's library, on its card.
+        Products with derivatives are compiled by their names, "vjp.inverse_dynamics", for gradients of :func:`ksl.torch.differentiable` and
+        :func:`ksl.jax.differentiable`; "simulate" compiles runs by semi-implicit Euler, "simulate:rk4" by rk4.  Needs `ksl[cuda]`; docs/card.md says what is checked there.
+        parameters: links whose inertias such calls are given, parameters={link: (…, 10)}, for each state its own, or (10) for all: on a card alone.
 
         Results have the bits of the model's own, whatever the call; where fixed pivots of a closed mechanism don't serve, its own pivots are used.
         One state is computed as before.  Compiling takes a second or more, and pays from some ten million states on.  The code is kept in the user's
@@ -227,12 +240,12 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
             fast = m.compile(["inverse_dynamics"])
             tau = fast.inverse_dynamics(q, v, a)
         """
-        return cast("Model", function_of("compile")(self, algorithms, scalar, external, compiler))
+        return cast("Model", function_of("compile")(self, algorithms, scalar, external, compiler, device, parameters))
 
     @property
     def compiled(self) -> tuple[str, ...]:
         """What :meth:`compile` was asked for."""
-        return tuple(self._core.compiled())
+        return (*self._core.compiled(), *(function.asked for function in self._on_card.functions))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: a picture of the mechanism, and its joints."""
@@ -281,17 +294,20 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         """
         return cast("Mapping[str, FreeBody]", function_of("free_bodies")(self, q, v, a, external, welded, external_axes))
 
-    def actuation(self, joints: Iterable[str], start: ArrayLike | None = None) -> Any:
+    def actuation(
+        self, joints: Iterable[str], start: ArrayLike | None = None, ball_limits: Mapping[str, float] | None = None, sharing: str | None = None
+    ) -> Any:
         """The map between what motors do and what these joints do, through the rods and cranks between them; see :func:`ksl.actuation`.
 
         joints: names, in the order of the columns of its arrays.  start (nq): a closed position on the assembly that is meant, by default the
-        closed one nearest to neutral.  Raises ValueError for joints that no motor moves, or that are not as many as the freedoms.  The result is a
+        closed one nearest to neutral.  ball_limits: {joint: angle}, rad, by which rods swing at most in balls at their ends.
+        sharing: "limits" or "weights", how motors that are more than the joints share efforts.  Raises ValueError for joints that no motor moves, or that are not as many as the freedoms.  The result is a
         `ksl.Actuation`, as editors see it of `ksl.actuation(m, joints)`.
 
             a = m.actuation(["ankle_pitch", "ankle_roll"])
             tau_motors = a.motor_efforts(q, v, a)
         """
-        return function_of("actuation")(self, joints, start)
+        return function_of("actuation")(self, joints, start, ball_limits, sharing)
 
     def show(
         self,
@@ -305,6 +321,7 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         port: int | None = None,
         package_paths: Sequence[str] = (),
         browser: bool | None = None,
+        modes: Modes | None = None,
     ) -> ShownModel:
         """Shows the robot with the wrenches at its joints in a page on this machine, and returns a handle of it at once.
 
@@ -312,18 +329,33 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         q and time where they are missing, which needs the extra `ksl[loads]`; of a single pose zero.
         external: {link: (6) or (n, 6)}, at the link's origin, in its axes.  joint: the one that is selected first.
         port: of the page, on 127.0.0.1; None is 8080 or a free one.  package_paths: folders with the packages of `package://` meshes.
+        modes: of :meth:`modes` at q: their shapes sway about it, one after the other as the page chooses; v, a, time and external are then left out.
         browser: whether a browser is opened; None: in scripts, but not in notebooks, which show the page in place of the handle.
 
         The handle has `url`, `update(q)`, `play()`, `export("file.html")`, `wait()`, which keeps a script running until Ctrl-C, and `close()`.
         Needs the extra `ksl[view]`.  Raises ViewerError, and ValueError for what doesn't fit the model.
         """
-        shown: ShownModel = function_of("show")(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
+        shown: ShownModel = function_of("show")(
+            self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser, modes=modes
+        )
         return shown
 
 
 def with_code(model: Model, code: list[tuple[str, str, Any, list[int], bool, int, int, int]]) -> Model:
     """The same model with compiled functions: words, row, request, links with wrenches, single precision, lanes, bytes of memory, address."""
-    return model._with_core(model._core.with_code(code), model._arguments)
+    return with_card(model._with_core(model._core.with_code(code), model._arguments), model._on_card)
+
+
+def with_card(model: Model, code: CodeOnCard) -> Model:
+    """A model with this code for graphics cards, in place of what it has."""
+    made = model._with_core(model._core, model._arguments)
+    made.__dict__.update(code.calls(made), _on_card=code)
+    return made
+
+
+def code_on_card(model: Model) -> CodeOnCard:
+    """What it has of code for graphics cards."""
+    return model._on_card
 
 
 def layout_of(model: Model) -> Layout | None:

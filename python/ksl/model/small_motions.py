@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Literal, cast
 
 from numpy.typing import ArrayLike
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ksl.base.higher_rooms import function_of
 from ksl.mechanism.mechanism import Mechanism
 from ksl.mechanism.states import Array, External, ExternalAxes
-from ksl.mechanism.stiffness import Stiffness
+from ksl.mechanism.stiffness import Stiffnesses
 from ksl.model.linear_model import LinearModel
 from ksl.model.poses_at_rest import Equilibrium, Modes
 
@@ -18,11 +18,11 @@ from ksl.model.poses_at_rest import Equilibrium, Modes
 class SmallMotions(Mechanism):
     """Frequencies, compliances, equilibria and linear models."""
 
-    def modes(self, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None = None, gravity: bool = True) -> Modes:
+    def modes(self, q: ArrayLike, stiffness: Stiffnesses | None = None, gravity: bool = True) -> Modes:
         """Natural frequencies and shapes of small motions about a pose, undamped, at standstill.
 
         q (nq): the pose under load, in which drives and preloaded springs hold the mechanism; loops are closed there.
-        stiffness: {joint: …} as :meth:`with_stiffness` takes it, N/m and N m/rad, of any joint, fixed ones, `base` and those of loops too; 0 where nothing resists; by
+        stiffness: {joint: …} or a file as :meth:`with_stiffness` takes it, N/m and N m/rad, of any joint, fixed ones, `base` and those of loops too; 0 where nothing resists; by
         default those of the model.  Gears in classes have the slope at the torque of the weight.  A joint that isn't named is rigid.  Along its motion a joint without a stiffness is locked where it has a motor
         (all joints of a tree, the drives of other mechanisms), and free where it has none, as a floating base is.  Springs of joints and force elements
         count where physics names them, and so do armature and rotors.
@@ -41,7 +41,7 @@ class SmallMotions(Mechanism):
         """
         return cast("Modes", function_of("modes")(self, q, stiffness, gravity))
 
-    def compliance(self, q: ArrayLike, frame: str, stiffness: Mapping[str, Stiffness] | None = None, axes: Literal["frame", "world"] = "frame") -> Array:
+    def compliance(self, q: ArrayLike, frame: str, stiffness: Stiffnesses | None = None, axes: Literal["frame", "world"] = "frame") -> Array:
         """The compliance (6, 6) of a frame about its origin: from a wrench on it to its small displacement, linear first; m/N … rad/(N m).
 
         q (nq): the pose.  frame: a link, or a joint, which stands for its link.  stiffness: as in :meth:`modes`; weight adds none here.
@@ -60,7 +60,7 @@ class SmallMotions(Mechanism):
         v: ArrayLike,
         a: ArrayLike,
         frame: str,
-        stiffness: Mapping[str, Stiffness] | None = None,
+        stiffness: Stiffnesses | None = None,
         external: External | None = None,
         axes: Literal["frame", "world"] = "frame",
         by: Literal["frame", "joint"] = "frame",

@@ -16,7 +16,7 @@ from ksl import _core
 from ksl.base.errors import DescriptionWarning, QuaternionWarning
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
-from ksl.base.notes import Kind, of_kind
+from ksl.base.notes import Kind, Note, of_kind
 from ksl.mechanism import given
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.closed_reactions import Request, reactions_derivatives
@@ -24,7 +24,8 @@ from ksl.mechanism.lengths import extent, far_inertia, far_point, strong_gravity
 from ksl.mechanism.payload import Payload, payload_of
 from ksl.mechanism.requests import one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, Order, Part, Point, Side, Undetermined
-from ksl.mechanism.stiffness import Stiffness, flexibilities_of
+from ksl.mechanism.stiffness import Stiffnesses, flexibilities_of, ground_of, table_of
+from ksl.model.on_card import NO_CODE, CodeOnCard
 
 S = TypeVar("S", bound="Surgery")
 
@@ -35,6 +36,8 @@ class Surgery(Calls):
     Every method raises :class:`ksl.DescriptionError` or ValueError, naming the link or joint and how to mend it.  Gravity and a floating
     base are kept unless a method says otherwise.
     """
+
+    _on_card: CodeOnCard = NO_CODE
 
     def _made(self: S, core: _core.Model, inputs: tuple[InputFile, ...] | None = None, payloads: tuple[Payload, ...] | None = None) -> S:
         """A model of the same class that was not read from a file, with the payloads of this one unless others are given."""
@@ -49,8 +52,11 @@ class Surgery(Calls):
         Reactions through it are those of the new child on the other side of the same joint.
         Joints on the way must be fixed or move on one axis (revolute, continuous, prismatic, helical, cylindrical).
         A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
+        A stiffness of the joint that fixes the root to the ground is left out with a warning: it is that of what the old root stands on.
         """
-        return self._made(self._core.with_root(self._plain(given.name(link, "link"), "link")))
+        made = self._made(self._core.with_root(self._plain(given.name(link, "link"), "link")))
+        self._warn(_left_out(made, self))
+        return made
 
     def without_loops(self: S) -> S:
         """The same robot with its loops cut: a tree, whose joints all have a drive.
@@ -70,29 +76,26 @@ class Surgery(Calls):
         names, weights = given.drives(joints)
         return self._made(self._core.with_drives([self._plain(name, "joint") for name in names], weights))
 
-    def with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
+    def with_stiffness(self: S, stiffness: Stiffnesses) -> S:
         """The same mechanism, some of whose joints give way.
 
         :meth:`modes`, :meth:`compliance` and :meth:`deflection` use them all.  Reactions depend on those of joints that loops go through: rigid
         bodies leave reactions of redundant joints open.  With the stiffnesses that decide their split, :meth:`reactions` are those of
         least energy, and :meth:`reactions_unique` says which are still open: joints that aren't named are rigid.
 
-        stiffness: {joint: …}, of the tree or of loops, with six numbers, N/m along x, y, z and N m/rad about them, of the joint's frame on
+        stiffness: {joint: …}, of any joint, with six numbers, N/m along x, y, z and N m/rad about them, of the joint's frame on
         the child's side, inf where it is rigid; or the (6, 6) matrix of a part that couples them, as a beam does; or, of a joint with an axis,
-        a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing, and "motion", N m/rad or N/m, of the gear or drive of a
+        a mapping with "axial" and "radial", N/m, and "tilting", N m/rad, of a bearing, "position" of its middle along the axis, m from the joint's origin,
+        "torsional" of what doesn't turn about the axis, and "motion", N m/rad or N/m, of the gear or drive of a
         joint with one coordinate; or that number alone; or a gear's in classes, {"stiffness": [K1, K2, K3], "effort": [T1, T2]}, of which the model keeps the
-        first, and a call with `stiffness=` takes that of the load.  Along the joint's motion they have no effect on reactions.  Zeros, which would leave
-        reactions open, are for `stiffness=` of the three calls above.
+        first, and a call with `stiffness=` takes that of the load.  A joint without an axis takes "axis" (3) beside them, and "at" (3) in place of "position".
+        Along the joint's motion they have no effect on reactions.  Where some are 1e12 times as stiff as others, what they alone would decide stays open.  0 where nothing resists: no wrench is transmitted there, as far as others can balance.
+        Or a TOML file with a table for each joint, or one of components, of which gears, bearings and bolted flanges say how they give way.
 
             m = m.with_stiffness({"A": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}, "C": {"axial": 2e7, "radial": 1e8, "tilting": 1e5}})
         """
-        given_ones = flexibilities_of(self, stiffness)
-        for joint, flexibility in given_ones.items():
-            if flexibility.loose.size:
-                raise ValueError(
-                    f"stiffness of joint {joint}: found 0; every stiffness is positive, or inf where the joint is rigid; modes, compliance and deflection take zeros: stiffness="
-                )
-        return self._made(self._core.with_compliances([(joint, x.compliance.ravel().tolist()) for joint, x in given_ones.items()]))
+        given_ones, ground = flexibilities_of(self, table_of(self, stiffness)), ground_of(self)
+        return self._made(self._core.with_compliances([("" if joint == ground else joint, *x.numbers()) for joint, x in given_ones.items()]))
 
     def _reactions_along(
         self, states: tuple[ArrayLike, ArrayLike, ArrayLike], external: External | None, on: Side, at: Point, axes: str, order: Order, part: Part,
@@ -108,7 +111,7 @@ class Surgery(Calls):
         wanted = Request(list(names), on, at, axes, order, part)
         return reactions_derivatives(self, self.without_loops(), states, external, external_axes, wanted, undetermined)
 
-    def _with_stiffness(self: S, stiffness: Mapping[str, Stiffness]) -> S:
+    def _with_stiffness(self: S, stiffness: Stiffnesses) -> S:
         return self.with_stiffness(stiffness)
 
     def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
@@ -148,7 +151,7 @@ class Surgery(Calls):
 
         The root of `other` is welded to `parent_link`, at `pose`, (4, 4) or :class:`ksl.Pose`, in that link's frame, by a joint `PREFIXmount`.  If `other` floats,
         it floats there: the joint is then `PREFIXfloating_base`.  The names of its links and joints get the prefix.  Both need the
-        same gravity.
+        same gravity; the physics of joints is this robot's.  A stiffness of the joint that fixes the root of `other` to the ground is left out with a warning.
         """
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
@@ -156,17 +159,24 @@ class Surgery(Calls):
         placed = given.pose(pose, "pose", parent_link)
         core = self._core.merged(other._core, link, placed, given.name(prefix, "prefix"))
         self._warn(far_point("pose of merged: it is", placed[3:12:4], max(extent(self), extent(other)), f"the origin of {parent_link}"))
-        carried = (*self.payloads, *(replace(payload, link=f"{prefix}{payload.link}") for payload in other.payloads))
-        return self._made(core, tuple(dict.fromkeys((*self.inputs, *other.inputs))), carried)
+        made = self._made(
+            core,
+            tuple(dict.fromkeys((*self.inputs, *other.inputs))),
+            (*self.payloads, *(replace(payload, link=f"{prefix}{payload.link}") for payload in other.payloads)),
+        )
+        self._warn(_left_out(made, self))
+        return made
 
     def subtree(self: S, link: str, loops: Literal["refuse", "drop"] = "refuse") -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
-        A mimic joint that would be without its leader is refused.
+        A mimic joint that would be without its leader is refused.  A stiffness of the joint that fixes the old root to the ground is left out with a warning.
 
         loops: of a loop that loses a link, "refuse" is an error that names it; "drop" leaves out the joint that closes it.
         """
         drop = one_of(loops, "loops", "refuse", "drop") == "drop"
-        return self._made(self._core.subtree(self._plain(given.name(link, "link"), "link"), drop))
+        made = self._made(self._core.subtree(self._plain(given.name(link, "link"), "link"), drop))
+        self._warn(_left_out(made, self))
+        return made
 
     def with_frame(self: S, name: str, link: str, pose: given.PoseLike | None = None) -> S:
         """A frame `name`, at `pose`, (4, 4) or :class:`ksl.Pose`, in a link's frame, that may be used wherever a link may.
@@ -205,7 +215,7 @@ class Surgery(Calls):
         return made
 
     def _warn(self, doubts: Iterable[str]) -> None:
-        """Warns, where a method was called, of numbers that are likely in another unit."""
+        """Warns, where a method was called, of numbers that are likely in another unit, and of what is left out."""
         for line in doubts:
             warnings.warn(line, DescriptionWarning, stacklevel=3)
 
@@ -213,7 +223,8 @@ class Surgery(Calls):
         """A model of the same structure, which shares all tables of names and requests.  arguments: of `load`, by which a pickle is made."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__, _core=core, _arguments=arguments)
-        other.__dict__.pop("links", None)
+        for name in ("links", "_on_card", *self._on_card.rows):
+            other.__dict__.pop(name, None)
         return other
 
     def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
@@ -235,6 +246,11 @@ class Surgery(Calls):
         body = given.mass(f"payload on {link}", mass, center_of_mass, inertia)
         carrier = self._plain(given.name(link, "link"), "link")
         return self._made(self._core.with_payload(carrier, body), payloads=(*self.payloads, payload_of(carrier, body)))
+
+
+def _left_out(made: Surgery, before: Surgery) -> list[Note]:
+    """What a model says of a stiffness that it doesn't have any more, and the one that it is made from has."""
+    return [line for line in of_kind(made.warnings, Kind.STIFFNESS) if line not in before.warnings]
 
 
 def with_body(model: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> S:
@@ -273,7 +289,10 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
 def with_compliances(model: S, compliances: Mapping[str, Sequence[float]]) -> S:
     """The model whose joints give way as :func:`ksl.mechanism.stiffness.compliances_of` says of another.  Raises ValueError."""
     known = {joint.name for joint in model.joints} | {loop.name for loop in model.loops}
+    rows = []
     for joint, matrix in compliances.items():
-        if joint not in known or np.shape(matrix) != (36,) or not np.isfinite(np.asarray(matrix, dtype=float)).all():
-            raise ValueError(f"compliance of joint {joint}: expected 36 finite numbers of a joint of {model.name}")
-    return model._made(model._core.with_compliances([(joint, [float(x) for x in matrix]) for joint, matrix in compliances.items()]))
+        if joint not in known or np.shape(matrix) not in {(36,), (72,)} or not np.isfinite(np.asarray(matrix, dtype=float)).all():
+            raise ValueError(f"compliance of joint {joint}: expected 36 finite numbers of a joint of {model.name}, or 72")
+        numbers = [float(x) for x in matrix]
+        rows.append((joint, numbers[:36], numbers[36:] or [0.0] * 36))
+    return model._made(model._core.with_compliances(rows))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ksl.base.errors import MotionError
 from ksl.base.words import count, listed
 from ksl.mechanism.calls import Calls
-from ksl.mechanism.freedoms import are_enough, freedoms, leads
+from ksl.mechanism.freedoms import are_enough, freedoms_to_drive, idle_bodies, leads
 from ksl.mechanism.loops import TOLERANCES, length_of
 from ksl.mechanism.mechanism import Joint, Mechanism
 from ksl.mechanism.joint_kinds import columns_of, slides, units_of
@@ -95,7 +95,7 @@ def held_by(model: Calls, name: str = "motion", known: NDArray[np.bool_] | None 
         start = home(model, [j.name for j in lead] if model.drives is not None else ())
     except NotClosed as e:
         raise MotionError(f"{name}: {e.why}") from None
-    free = freedoms(model)
+    free = freedoms_to_drive(model)
     if sum(j.nv for j in lead) > free:
         chosen = determining(model, start, lead)
         absent = [j.name for j in chosen if not _is_known(j, known)]
@@ -122,7 +122,7 @@ def _too_few(model: Calls, lead: list[Joint], q: Array, free: int) -> str:
     return (
         f"the mechanism has {count(free, 'freedom')}, and {named} leave {left} of {'it' if free == 1 else 'them'} open; "
         f"name more: --drives (drives= in Python), from among {', '.join(j.name for j in moving)}"
-        f"{'. A rod that turns about itself between two spherical joints needs a universal one at one end' if idle else ''}"
+        f"{'. A rod that turns about itself between two spherical joints needs none if its mass is the same all round its line; otherwise a universal joint at one end' if idle else ''}"
     )
 
 
@@ -265,13 +265,13 @@ class Follower:
 
     def _check_determined(self, q: Array) -> None:
         """Refuses positions so near to a dead point that those of the joints that follow have no digits there."""
-        others = np.setdiff1d(np.arange(self._model.nv), self.held.rates)
+        others, idle = np.setdiff1d(np.arange(self._model.nv), self.held.rates), idle_bodies(self._model)
         for first in range(0, len(q) if len(others) else 0, BLOCK):
             J = self._model.loop_jacobian(q[first : first + BLOCK])[:, :, others] * self._lengths()[:, None]
             size = np.sqrt(np.square(J).sum(axis=1)).max(axis=0)
             alike = J / np.where(size > 0, size, 1.0)
             values = np.linalg.eigvalsh(np.swapaxes(alike, 1, 2) @ alike)  # squares of singular values
-            dead = np.flatnonzero(values[:, 0] <= DEAD**2 * values[:, -1])
+            dead = np.flatnonzero(values[:, idle] <= DEAD**2 * values[:, -1])
             if len(dead):
                 k = first + int(dead[0])
                 raise self._at_a_dead_point(k, q[k], "positions and rates")

@@ -92,7 +92,7 @@ def home(model: Calls, hold: Sequence[str] = ()) -> Array:
 
 
 def searched_home(model: Calls, hold: Sequence[str] = ()) -> tuple[Array, int]:
-    """The same, and among how many assemblies it is the nearest, where it had to be searched: 0 where the neutral position leads to it."""
+    """The position of :func:`home`, and among how many assemblies it is the nearest, where it had to be searched: 0 where the neutral position leads to it."""
     start = np.clip(model.neutral(), model.lower, model.upper)
     for kept in (hold, ()) if hold else ((),):
         found = model.close(start, hold=kept, starts=1)
@@ -105,7 +105,7 @@ def searched_home(model: Calls, hold: Sequence[str] = ()) -> tuple[Array, int]:
 
 
 def determining(model: Calls, q: Array, joints: Sequence[Joint]) -> tuple[Joint, ...]:
-    """Those of the joints, in their order, from which none before them follows at a closed position q (nq)."""
+    """The joints, in their order, from which none before them follows at a closed position q (nq)."""
     J, rank = model.loop_jacobian(q), model.mobility(q).rank
     motions = np.linalg.svd(J)[2][rank:].T if J.size else np.eye(model.nv)
     chosen: list[Joint] = []
@@ -199,7 +199,7 @@ def closed_side_by_side(held: Held, targets: Array, first: Array) -> tuple[Array
 
 
 def _one_by_one(held: Held, targets: Array, first: Array) -> Array:
-    """The same, in order; a step that fails is tried once more in smaller ones."""
+    """Closed positions (n, nq) one after the other, each from the last; a step that fails is tried once more in smaller ones."""
     q, last = np.empty((len(targets), held.model.nq)), first
     for k, target in enumerate(targets):
         found = held.model.close(held.put(last, target), hold=held.names, starts=1)

@@ -269,7 +269,7 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
 
 
 def read_wrenches(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
-    """The same, and why they may be wrong, as `Motion.doubts` says it."""
+    """The external wrenches of :func:`read_external`, and why they may be wrong, as `Motion.doubts` says it."""
     with being_read("external", path, MotionError):
         return _wrenches_of(model, path, time)
 

@@ -31,6 +31,8 @@ A = TypeVar("A")
 """Arrays of the library."""
 Given: TypeAlias = "A | ArrayLike"
 """What calls take: these, which are differentiated, and numbers and arrays of NumPy, which are constants."""
+Parameters: TypeAlias = "Given[A] | Mapping[str, Given[A]]"
+"""Inertias of all links, or of some by their names."""
 
 
 class Calls(ABC, Generic[A]):
@@ -42,7 +44,8 @@ class Calls(ABC, Generic[A]):
     q is nq numbers, and results are functions of all of them: quaternions are divided by their length first, so that a gradient by a quaternion
     is at right angles to it.  :meth:`integrate` moves a position along a joint velocity instead.
     parameters: the inertial parameters (links, 10) of all links, in place of the model's, which `model.parameters` are; or (…, links, 10), a set for
-    each state.  They are differentiated, too.  Masses must not be negative; that the inertias are possible is not checked.
+    each state; or {link: (…, 10)} of some links, beside which the others have the model's.  They are differentiated, too.  Masses must not be
+    negative; that the inertias are possible is not checked.
     NaN is passed on: a state that has one gives NaN, and the others don't notice.  So do numbers that are too large for the precision, as in functions of the
     library itself.
 
@@ -94,12 +97,20 @@ class Calls(ABC, Generic[A]):
         """Wrenches (…, 6) by what messages call them, in one array behind each other; their leading shapes are broadcast."""
 
     def _operator(
-        self, name: str, external: tuple[str, ...], in_world: bool, parameters: bool, nan_where_open: bool, make: str = "", *arguments: Any
+        self,
+        name: str,
+        external: tuple[str, ...],
+        in_world: bool,
+        parameters: bool,
+        links: tuple[str, ...],
+        nan_where_open: bool,
+        make: str = "",
+        *arguments: Any,
     ) -> Operator:
         """The operator, and its request by the function of `_REQUESTS` that makes it: once for the same request."""
         request = _REQUESTS[make](self.model, *arguments) if make in _REQUESTS else None
         given = tuple(coordinates_of(self.model, *arguments)) if make == "given" else ()
-        more = More(external, in_world, parameters, given, nan_where_open)
+        more = More(external, in_world, parameters, tuple(self.model.link(link).name for link in links), given, nan_where_open)
         key = (name, id(request), more)
         if key not in self._kept:
             if len(self._kept) >= OPERATORS_KEPT:  # a point that changes from call to call; compiled programs of JAX keep theirs
@@ -112,21 +123,31 @@ class Calls(ABC, Generic[A]):
         axes: ExternalAxes = "link", nan_where_open: bool = False,
     ) -> A:  # fmt: skip
         external_in(None, axes)  # refuses other words
-        wrenches = {(what := f"external[{link!r}]"): self._array(x, f"{name}: {what}") for link, x in items_of(external, axes)}
-        if wrenches:
-            _require_wrenches(name, wrenches)
-            arguments = (*arguments, self._joined(name, wrenches))
+        links: tuple[str, ...] = ()
+        if wrenches := items_of(external, axes):
+            arguments = (*arguments, self._of_links(name, "external", wrenches))
+        if isinstance(parameters, Mapping):
+            if not (links := tuple(parameters)):
+                raise ValueError(f"{name}: parameters names no link; expected {{link: (…, 10)}}, or leave it out")
+            of_each = self._of_links(name, "parameters", parameters.items())
+            parameters = of_each.reshape(*of_each.shape[:-1], len(links), 10)
         if parameters is not None:
             arguments = (*arguments, parameters)
-        operator = self._operator(name, tuple(external or ()), axes == "world", parameters is not None, nan_where_open, *request)
+        operator = self._operator(name, tuple(external or ()), axes == "world", parameters is not None, links, nan_where_open, *request)
         return self._apply(operator, arguments)
+
+    def _of_links(self, name: str, kind: str, of_each: Iterable[tuple[str, Any]]) -> Any:
+        """What links are given, behind each other."""
+        arrays = {(what := f"{kind}[{link!r}]"): self._array(x, f"{name}: {what}") for link, x in of_each}
+        _require_numbers(name, kind, arrays)
+        return self._joined(name, arrays)
 
     def inverse_dynamics(
         self,
         q: Given[A],
         v: Given[A],
         a: Given[A],
-        parameters: Given[A] | None = None,
+        parameters: Parameters[A] | None = None,
         *,
         external: Mapping[str, Given[A]] | None = None,
         external_axes: ExternalAxes = "link",
@@ -138,11 +159,11 @@ class Calls(ABC, Generic[A]):
         """
         return self._call("inverse_dynamics", (q, v, a), parameters, external=external, axes=external_axes)
 
-    def bias(self, q: Given[A], v: Given[A], parameters: Given[A] | None = None) -> A:
+    def bias(self, q: Given[A], v: Given[A], parameters: Parameters[A] | None = None) -> A:
         """Efforts (…, nv) that hold velocities v (…, nv) without acceleration; N m, N.  As :meth:`ksl.Model.bias`."""
         return self._call("bias", (q, v), parameters)
 
-    def gravity_torque(self, q: Given[A], parameters: Given[A] | None = None) -> A:
+    def gravity_torque(self, q: Given[A], parameters: Parameters[A] | None = None) -> A:
         """Efforts (…, nv) that hold the mechanism at rest at q (…, nq); N m, N.  As :meth:`ksl.Model.gravity_torque`."""
         return self._call("gravity_torque", (q,), parameters)
 
@@ -151,7 +172,7 @@ class Calls(ABC, Generic[A]):
         q: Given[A],
         v: Given[A],
         tau: Given[A],
-        parameters: Given[A] | None = None,
+        parameters: Parameters[A] | None = None,
         *,
         external: Mapping[str, Given[A]] | None = None,
         external_axes: ExternalAxes = "link",
@@ -164,7 +185,7 @@ class Calls(ABC, Generic[A]):
         return self._call("forward_dynamics", (q, v, tau), parameters, external=external, axes=external_axes)
 
     def reactions(
-        self, q: Given[A], v: Given[A], a: Given[A], parameters: Given[A] | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",
+        self, q: Given[A], v: Given[A], a: Given[A], parameters: Parameters[A] | None = None, *, on: Side = "child", at: Point = "joint", axes: str = "joint",
         order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None, undetermined: Undetermined = "refuse",
     ) -> A:  # fmt: skip
         """The wrenches (…, joints, 6) through joints: what the parent side exerts on the child side; N, N m.
@@ -184,11 +205,11 @@ class Calls(ABC, Generic[A]):
         """Mass matrix (…, nv, nv) at q (…, nq).  As :meth:`ksl.Model.mass_matrix`; its derivative costs O(nv × depth²)."""
         return self._call("mass_matrix", (q,))
 
-    def kinetic_energy(self, q: Given[A], v: Given[A], parameters: Given[A] | None = None) -> A:
+    def kinetic_energy(self, q: Given[A], v: Given[A], parameters: Parameters[A] | None = None) -> A:
         """Kinetic energy (…), J: the first result of :meth:`ksl.Model.energy`."""
         return self._call("kinetic_energy", (q, v), parameters)
 
-    def potential_energy(self, q: Given[A], parameters: Given[A] | None = None) -> A:
+    def potential_energy(self, q: Given[A], parameters: Parameters[A] | None = None) -> A:
         """Potential energy (…), J, of gravity, and of springs if the model's physics has them: the second result of :meth:`ksl.Model.energy`."""
         return self._call("potential_energy", (q,), parameters)
 
@@ -255,11 +276,12 @@ class Calls(ABC, Generic[A]):
         return self._call("consistent_acceleration", (q, v, a), request=("given", given, "given"))
 
 
-def _require_wrenches(name: str, wrenches: Mapping[str, Any]) -> None:
-    """Raises ValueError for arrays that are no wrenches, or don't fit each other."""
-    shapes = {what: tuple(x.shape) for what, x in wrenches.items()}
+def _require_numbers(name: str, kind: str, arrays: Mapping[str, Any]) -> None:
+    """Raises ValueError for arrays that are no wrenches or parameters of a link, or don't fit each other."""
+    shapes = {what: tuple(x.shape) for what, x in arrays.items()}
     leading: tuple[int, ...] = ()
+    numbers, said = given.OF_LINKS[kind]
     for what, shape in shapes.items():
-        if shape[-1:] != (6,):
-            raise ValueError(f"{name}: {what} has shape {shape}; expected (…, 6): force, then moment")
+        if shape[-1:] != (numbers,):
+            raise ValueError(f"{name}: {what} has shape {shape}; expected (…, {numbers}): {said}")
         leading = broadcast(leading, shape[:-1], name, list(shapes), list(shapes.values()))

@@ -18,10 +18,13 @@ from jax.interpreters import ad, batching, mlir
 
 from ksl import _core
 from ksl.base.real_arrays import real_array
+from ksl.operators import jax_card
 from ksl.operators.calls import Calls
-from ksl.operators.operator import NEXT, Operator, Stage, arranged, mapped
+from ksl.operators.operator import NEXT, Operator, Stage, arranged, mapped, of_all_links, of_own_links
 
 TARGET = "ksl_operator"
+CARD = "gpu"
+"""What JAX calls the platform of devices with CUDA.  Programs for other makers' have no rule below."""
 
 jax.ffi.register_ffi_target(TARGET, _core.xla_handler, platform="cpu")
 
@@ -39,10 +42,12 @@ class JaxCalls(Calls[jax.Array]):
         (result,) = bind(Stage.VALUE, operator, rows)
         return result.reshape(*found.leading, *operator.shape)
 
-    def _array(self, x: Any, what: str) -> jax.Array:
-        return _array(x, what)
+    def _array(self, x: Any, what: str) -> Any:
+        return jnp.asarray(x) if _is_array(x) else _numbers(x, what)
 
-    def _joined(self, name: str, wrenches: Mapping[str, Any]) -> jax.Array:
+    def _joined(self, name: str, wrenches: Mapping[str, Any]) -> Any:
+        if not any(map(_is_array, wrenches.values())):  # they go where the other arguments are
+            return np.concatenate(np.broadcast_arrays(*wrenches.values()), axis=-1)
         return jnp.concatenate(jnp.broadcast_arrays(*_of_one_type(name, list(wrenches), list(wrenches.values()))), axis=-1)
 
     def _is_differentiated(self, x: object) -> bool:
@@ -50,12 +55,30 @@ class JaxCalls(Calls[jax.Array]):
 
 
 def bind(stage: Stage, operator: Operator, arguments: Sequence[Any]) -> list[Any]:
-    return list(PRIMITIVES[stage].bind(*arguments, operator=operator))
+    return list(PRIMITIVES[stage].bind(*_varying_alike(arguments), operator=operator))
+
+
+def _varying(x: Any) -> frozenset[Any]:
+    """Axes of a mesh along which devices have numbers of their own, within `jax.shard_map`; x: an array, or its type."""
+    of = getattr(x, "aval", x)
+    own = getattr(of, "mat", None)  # since JAX 0.10, before that `vma`
+    return frozenset(own.varying if own is not None else getattr(of, "vma", ()))
+
+
+def _varying_alike(arguments: Sequence[Any]) -> Sequence[Any]:
+    """Arguments that vary along the same axes: what all devices share is a copy on each, whose gradients JAX adds."""
+    of_each = [_varying(x) for x in arguments]
+    axes = frozenset[Any]().union(*of_each)
+    if not axes:
+        return arguments
+    copies = partial(jax.lax.pcast, to="varying") if hasattr(jax.lax, "pcast") else jax.lax.pvary
+    return [x if own == axes else copies(x, tuple(sorted(axes - own))) for x, own in zip(arguments, of_each)]
 
 
 def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> list[jax.Array]:
-    """JAX arrays of one precision on a device that can be reached; numbers and weakly typed arrays take that of the others."""
-    arrays = [_array(x, f"{call}: {name}") for name, x in zip(inputs, arguments)]
+    """JAX arrays of one precision on devices that can be reached; numbers and weakly typed arrays take that of the others, and so do numbers their device."""
+    there = _device_of(arguments)
+    arrays = [_array(x, f"{call}: {name}", there) for name, x in zip(inputs, arguments)]
     strong = {name: x.dtype for name, x in zip(inputs, arrays) if not x.weak_type}
     types = set(strong.values()) or {jnp.result_type(float)}
     found = ", ".join(f"{name} {x.dtype}" for name, x in zip(inputs, arrays))
@@ -65,38 +88,52 @@ def _of_one_type(call: str, inputs: Sequence[str], arguments: Sequence[Any]) -> 
     if dtype not in (np.float32, np.float64):
         raise TypeError(f"{call}: arguments are {found}; expected float32 or float64, by x.astype")
     for name, x in zip(inputs, arrays):
-        _require_cpu(call, name, x)
+        _require_reached(call, name, x)
     return [x.astype(dtype) for x in arrays]
 
 
-def _array(x: Any, what: str) -> jax.Array:
+def _device_of(arguments: Sequence[Any]) -> Any:
+    """Where numbers are put that no device has yet: beside the first array of JAX, and to the processor where there is none.  None: JAX puts them where the others are."""
+    for x in arguments:
+        if isinstance(x, jax.Array) and not isinstance(x, jax.core.Tracer):
+            return next(iter(x.devices())) if len(x.devices()) == 1 else None
+    return None if any(isinstance(x, jax.core.Tracer) for x in arguments) else jax.local_devices(backend="cpu")[0]
+
+
+def _array(x: Any, what: str, there: Any) -> jax.Array:
     """An array of JAX, of any numbers.  NumPy's may have any byte order."""
-    if isinstance(x, jax.Array) or _holds_arrays(x):
+    if _is_array(x):
         return jnp.asarray(x)
-    if isinstance(x, (int, float)):
-        return _on_cpu(x)
+    return _placed(x if isinstance(x, (int, float)) else _numbers(x, what), there)
+
+
+def _numbers(x: Any, what: str) -> Any:
     array = real_array(x, what)
     has_type = hasattr(x, "dtype") or array.dtype.kind == "f"  # whole numbers in a list have none
-    return _on_cpu(array.astype(array.dtype.newbyteorder("=") if has_type else float, copy=False))
+    return array.astype(array.dtype.newbyteorder("=") if has_type else float, copy=False)
 
 
-def _on_cpu(x: Any) -> jax.Array:
+def _placed(x: Any, there: Any) -> Any:
     """Numbers that no device has yet: JAX would put them on the first accelerator, if there is one."""
-    if jax.default_backend() == "cpu":
+    if there is None or jax.default_backend() == "cpu":
         return jnp.asarray(x)
     with jax.ensure_compile_time_eval():
-        return jax.device_put(x, jax.local_devices(backend="cpu")[0])
+        return jax.device_put(x, there)
+
+
+def _is_array(x: object) -> bool:
+    return isinstance(x, jax.Array) or _holds_arrays(x)
 
 
 def _holds_arrays(x: object) -> bool:
     return isinstance(x, (list, tuple)) and any(isinstance(each, jax.Array) for each in x)
 
 
-def _require_cpu(call: str, name: str, x: jax.Array) -> None:
+def _require_reached(call: str, name: str, x: jax.Array) -> None:
     if isinstance(x, jax.core.Tracer):
         return  # where it will be is known when the program is compiled
     for device in x.devices():
-        if device.platform != "cpu":
+        if device.platform not in ("cpu", CARD):
             raise ValueError(f"{call}: {name} is on {device}, which KSL can't reach; move it by jax.device_put(x, jax.devices('cpu')[0])")
 
 
@@ -105,7 +142,9 @@ def _shapes(stage: Stage, operator: Operator, first: Any) -> list[tuple[int, ...
 
 
 def _abstract(stage: Stage, *arguments: Any, operator: Operator) -> list[Any]:
-    return [jax.core.ShapedArray(shape, arguments[0].dtype) for shape in _shapes(stage, operator, arguments[0])]
+    first = arguments[0]
+    shapes = _shapes(stage, operator, first)
+    return [first.update(shape=shape) for shape in shapes] if _varying(first) else [jax.core.ShapedArray(shape, first.dtype) for shape in shapes]
 
 
 def _run(stage: Stage, *arguments: Any, operator: Operator) -> Any:
@@ -115,14 +154,32 @@ def _run(stage: Stage, *arguments: Any, operator: Operator) -> Any:
     return operator.programs[stage](*arguments)
 
 
-def _lower(stage: Stage, context: Any, *arguments: Any, operator: Operator) -> Any:
+def _lower_on_card(stage: Stage, context: Any, *arguments: Any, operator: Operator) -> Any:
+    _refuse_export(context, operator)
+    return jax_card.lower(stage, context, *arguments, operator=operator)
+
+
+def _refuse_export(context: Any, operator: Operator) -> None:
     if context.module_context.lowering_parameters.for_export:
         raise NotImplementedError(
             f"{operator.name}: jax.export writes programs for other processes, and this one holds a model of this process; pickle what ksl.jax.differentiable returns, and compile the function there"
         )
+
+
+def _lower(stage: Stage, context: Any, *arguments: Any, operator: Operator) -> Any:
+    _refuse_export(context, operator)
     context.module_context.add_keepalive(operator)
+    if operator.more.links:
+        return mlir.lower_fun(partial(_of_some_links, stage, operator), multiple_results=True)(context, *arguments)
     rule = jax.ffi.ffi_lowering(TARGET)
     return rule(context, *arguments, operator=np.int64(operator.number), stage=np.int64(stage), threads=np.int64(operator.threads))
+
+
+def _of_some_links(stage: Stage, operator: Operator, *arguments: Any) -> list[Any]:
+    whole, like = of_all_links(jnp, operator, stage, arguments), arguments[0]
+    shapes = [jax.ShapeDtypeStruct(shape, like.dtype) for shape in operator.result_shapes(stage, like.shape[0], like.shape[1], of_all=True)]
+    found = jax.ffi.ffi_call(TARGET, shapes)(*whole, operator=np.int64(operator.number), stage=np.int64(stage), threads=np.int64(operator.threads))
+    return of_own_links(operator, stage, found)
 
 
 def _lower_elsewhere(context: Any, *_: Any, operator: Operator) -> Any:
@@ -197,4 +254,5 @@ for _stage, _primitive in PRIMITIVES.items():
         ad.primitive_transposes[_primitive] = partial(_transpose, _stage)
     batching.primitive_batchers[_primitive] = partial(_batch, _stage)
     mlir.register_lowering(_primitive, partial(_lower, _stage), platform="cpu")
+    mlir.register_lowering(_primitive, partial(_lower_on_card, _stage), platform="cuda")
     mlir.register_lowering(_primitive, _lower_elsewhere)

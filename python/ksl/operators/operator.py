@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, TypeVar
 
+import numpy as np
+
 from ksl import _core
 from ksl.model.model import Model
 from ksl.mechanism.requests import core_of, request_of_links
@@ -15,6 +17,9 @@ from ksl.operators.table import COMPLETIONS, ROWS
 
 
 T = TypeVar("T")
+Placed = tuple[tuple[str, int, int], ...]
+"""Joints whose velocity isn't the rate of their numbers: kind, and where the numbers begin in q and in v."""
+PLACED = ("floating", "spherical", "planar")
 
 
 class Stage(IntEnum):
@@ -46,6 +51,8 @@ class More:
     """Whether the wrenches are in the world's axes."""
     parameters: bool = False
     """Whether parameters of links are arguments."""
+    links: tuple[str, ...] = ()
+    """Whose, if not those of all links; others have the model's."""
     given: tuple[int, ...] = ()
     """Coordinates from which the others of a closed mechanism follow; no input, since their numbers are those of others."""
     nan_where_open: bool = False
@@ -55,23 +62,26 @@ class More:
 class Operator:
     """A row of the table for a model and a request.
 
-    Its arrays have three axes: inputs (groups, states, numbers), wrenches among them; parameters (groups, links, 10): one set for the states of a group; the result
-    (groups, states, numbers).  It is itself, and hashed by identity: traced programs and caches hold it.
+    Its arrays have three axes: inputs (groups, states, numbers), wrenches among them; parameters (groups, links, 10), of all links or of those of `More`: one set for the
+    states of a group; the result (groups, states, numbers).  It is itself, and hashed by identity: traced programs and caches hold it.
     """
 
     def __init__(self, model: Model, name: str, request: _core.Links | _core.Request | None, more: More, threads: int) -> None:
         row = ROWS.get(name) or COMPLETIONS[name]
         self.name, self.row, self.threads, self.parameters, self.external = name, row, threads, more.parameters, bool(more.external)
-        self.closed = bool(model.loops)
+        self.closed, self.model, self.request, self.more = bool(model.loops), model, request, more
         self.core = _core.Operator(
             core_of(model), row.value, row.result, row.lift, row.first, list(row.by), row.gradient, row.second, list(row.by_two),
             row.regressor if more.parameters else "", row.by_parameters, row.solved, request,
             request_of_links(model, more.external) if more.external else None, more.in_world, list(more.given), more.nan_where_open,
         )  # fmt: skip
+        self.placed: Placed = tuple((joint.kind, joint.q_index, joint.v_index) for joint in model.joints if joint.kind in PLACED and joint.nv)
         self.number: int = self.core.number
         """By which compiled programs name it."""
         self.inputs: tuple[str, ...] = (*row.inputs, *["external"] * self.external, *["parameters"] * more.parameters)
-        self.widths: tuple[int, ...] = tuple(self.core.widths)
+        self.links: tuple[str, ...] = (more.links or tuple(model.link_names)) if more.parameters else ()
+        """Those whose parameters are an input, in its order."""
+        self.widths: tuple[int, ...] = tuple(10 * len(self.links) if name == "parameters" else n for name, n in zip(self.inputs, self.core.widths))
         self.shape: tuple[int, ...] = tuple(self.core.shape)
         """The shape of the result of a state."""
         self.numbers: int = math.prod(self.shape)
@@ -96,10 +106,11 @@ class Operator:
                 f"{self.name}: there are no second derivatives of it with {'parameters' if self.parameters else 'external'}=; without them there are"
             )
 
-    def result_shapes(self, stage: Stage, groups: int, states: int) -> list[tuple[int, ...]]:
-        """The shapes of what a stage returns."""
+    def result_shapes(self, stage: Stage, groups: int, states: int, *, of_all: bool = False) -> list[tuple[int, ...]]:
+        """The shapes of what a stage returns; of_all: with parameters of all links."""
         if stage in (Stage.VJP, Stage.SECOND_VJP):
-            return [self.input_shape(x, groups, states) for x in range(len(self.inputs))]
+            shapes = [self.input_shape(x, groups, states) for x in range(len(self.inputs))]
+            return [(groups, len(self.model.link_names), 10) if of_all and own == "parameters" else shape for own, shape in zip(self.inputs, shapes)]
         return [(groups, states, self.numbers)]
 
     def input_shape(self, x: int, groups: int, states: int) -> tuple[int, ...]:
@@ -126,7 +137,38 @@ class Operator:
 
     def compute(self, stage: Stage, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
         """Computes a stage on arrays of the CPU that are contiguous and of one precision, into others."""
-        self.core.compute(int(stage), list(inputs), list(outputs), self.threads)
+        if not self.more.links:
+            self.core.compute(int(stage), list(inputs), list(outputs), self.threads)
+            return
+        given, results = of_all_links(np, self, stage, [np.asarray(x) for x in inputs]), [np.asarray(x) for x in outputs]
+        whole = [np.empty(shape, x.dtype) for x, shape in zip(results, self.result_shapes(stage, given[0].shape[0], given[0].shape[1], of_all=True))]
+        self.core.compute(int(stage), [np.ascontiguousarray(x) for x in given], whole, self.threads)
+        for x, y in zip(results, of_own_links(self, stage, whole)):
+            x[...] = y
+
+
+def of_all_links(library: Any, operator: Operator, stage: Stage, arguments: Sequence[Any]) -> list[Any]:
+    """Arguments of a stage with parameters of all links in place of those of the operator's: others have the model's, and don't change.
+
+    library: numpy or jax.numpy."""
+    place, own = {link: k for k, link in enumerate(operator.links)}, operator.model.parameters
+
+    def whole(x: Any, is_value: bool) -> Any:
+        rows = [
+            x[:, place[link]] if link in place else library.broadcast_to(library.asarray(own[k] if is_value else 0.0 * own[k], x.dtype), x[:, 0].shape)
+            for k, link in enumerate(operator.model.link_names)
+        ]
+        return library.stack(rows, 1)
+
+    return [whole(x, k < len(operator.inputs)) if of_group else x for k, (x, of_group) in enumerate(zip(arguments, operator.of_groups(stage)))]
+
+
+def of_own_links(operator: Operator, stage: Stage, results: Sequence[Any]) -> list[Any]:
+    """Results of a stage with those by parameters of the operator's links alone."""
+    if stage is not Stage.VJP:
+        return list(results)
+    places = np.array([operator.model.link_names.index(link) for link in operator.links])
+    return [y[:, places] if name == "parameters" else y for name, y in zip(operator.inputs, results)]
 
 
 @dataclass(frozen=True)
@@ -179,9 +221,9 @@ def arranged(operator: Operator, arrays: Sequence[Any], broadcast_to: Any) -> tu
     rows = []
     for name, width, x in zip(operator.inputs, operator.widths, arrays):
         if name == "parameters":
-            rows.append(
-                broadcast_to(x, (*found.leading[: found.groups], width // 10, 10) if found.groups else (width // 10, 10)).reshape(groups, width // 10, 10)
-            )
+            own = max(0, len(x.shape) - 2 - len(found.leading) + found.groups)  # of its axes, those that distinguish sets; behind them all are 1
+            sets, ten = x.reshape(*x.shape[:own], width // 10, 10), (width // 10, 10)
+            rows.append(broadcast_to(sets, (*found.leading[: found.groups], *ten)).reshape(groups, *ten))
         else:
             rows.append(broadcast_to(x, (*found.leading, width)).reshape(groups, states, width))
     return rows, found

@@ -18,7 +18,7 @@ from ksl.mechanism.states import Array
 from ksl.parts.bodies import Welded
 from ksl.parts.cases import FreeBodyCase
 from ksl.parts.free_body_cases import FreeBodyCases
-from ksl.parts.instants import Chosen, Factors, Section, at_peaks, at_times, of_hull, of_sections, of_stress
+from ksl.parts.instants import Chosen, Factors, Section, at_peaks, at_times, of_hull, of_sections, of_stress, section_given
 from ksl.parts.sources import Moved, Results, moved_of
 
 Instants = Literal["peaks", "hull"]
@@ -51,7 +51,8 @@ def free_bodies(
       joints: only of these; by default all joints of `links` that aren't welded inside them;
     * stress={link: factors}: `most` cases that keep as large a share as can be of all combinations of some stresses, which are linear in the
       link's wrenches: (stresses, 6 × wrenches) in the order of its `wrenches`, or {wrench: (stresses, 6)}.  Few stresses need few cases;
-    * sections={link: [(point, normal), …]}: the same for the six loads of plane sections (:meth:`ksl.Model.section_wrench`);
+    * sections={link: [(point, normal), …]}: the same for the six loads of plane sections (:meth:`ksl.Model.section_wrench`), beside `stress` or alone.  A section may
+      be a mapping with point, normal, that method's share and beyond, and factors (stresses, 6): then its stresses count, 1 to 6 of them, and not its six loads;
     * instants="hull": the same for whatever is linear in all wrenches of each of `links`: of smooth motions nearly every sample is needed.
 
     most: so many cases of each stressed thing; None: as many as keep all.  links: those whose free bodies are wanted; all by default.
@@ -68,13 +69,13 @@ def free_bodies(
     """
     one_of(welded, "welded", "together", "apart")
     moved = moved_of(results, cases, robot, welded)
-    asked = {"times": times, "instants": instants, "stress": stress, "sections": sections}
+    asked = {"times": times, "instants": instants, "sections" if stress is None else "stress": sections if stress is None else stress}
     if len(two := [name for name, x in asked.items() if x is not None]) > 1:
         raise ArgumentError(f"{two[0]} and {two[1]}: each says which instants; give one of them")
     if most is not None and (isinstance(most, bool) or not isinstance(most, int) or most < 1):
         raise ArgumentError(f"most={most!r}; expected a number of cases, 1 or more")
     stressed = [name for of in (stress, sections) if isinstance(of, Mapping) for name in of]
-    bodies = _bodies(moved[0], stressed, "stress" if stress else "sections") if links is None and stressed else _bodies(moved[0], links)
+    bodies = _bodies(moved[0], dict.fromkeys(stressed), "stress" if stress else "sections") if links is None and stressed else _bodies(moved[0], links)
     chosen = _chosen(moved, bodies, times, instants, joints, stress, sections, most)
     poses = {} if frames is None else dict(_in_body(moved[0], link, pose) for link, pose in given.mapping(frames, "frames", "{link: pose (4, 4)}"))
     made = []
@@ -106,18 +107,21 @@ def _chosen(
 ) -> Chosen:  # fmt: skip
     if times is not None:
         return at_times(moved, np.atleast_1d(given.numbers(list(times) if isinstance(times, Iterable) else times, "times")).tolist())
-    if stress is not None:
-        by_link = given.mapping(stress, "stress", "{link: factors on its wrenches}")
-        return of_stress(moved, {_bodies(moved[0], [link], "stress")[0]: factors for link, factors in by_link}, most)
-    if sections is not None:
-        return of_sections(moved, given.mapping(sections, "sections", "{link: [(point, normal), …]}"), most)
+    if stress is not None or sections is not None:
+        chosen = Chosen()
+        if stress is not None:
+            by_link = given.mapping(stress, "stress", "{link: factors on its wrenches}")
+            of_stress(chosen, moved, {_bodies(moved[0], [link], "stress")[0]: factors for link, factors in by_link}, most)
+        if sections is not None:
+            of_sections(chosen, moved, given.mapping(sections, "sections", "{link: [(point, normal), …]}"), most)
+        return chosen
     if instants is not None and one_of(instants, "instants", "peaks", "hull") == "hull":
         return of_hull(moved, bodies, most)
     return at_peaks(moved, _joints(moved[0], bodies) if joints is None else _joints_named(moved[0], joints))
 
 
 def _joints(moved: Moved, bodies: Sequence[str]) -> list[str]:
-    """Those that act on the bodies from outside."""
+    """The joints that act on the bodies from outside."""
     return list(dict.fromkeys(e.joint for top in bodies for e in moved.bodies.body(top).entries if e.joint))
 
 
@@ -141,7 +145,9 @@ def _in_body(moved: Moved, link: str, pose: given.PoseLike) -> tuple[str, Array]
 def _doubts(moved: Moved, frames: Mapping[str, given.PoseLike], sections: Mapping[str, Sequence[Section]]) -> list[str]:
     """Sentences about lengths that are likely in millimetres."""
     points = [(f"the frame of {link} is", given.pose(pose, f"frames of {link}", link)[3:12:4]) for link, pose in frames.items()]
-    points += [(f"the section of {link} is", list(point)) for link, planes in sections.items() for point, _ in planes]
+    points += [
+        (f"the section of {link} is", list(point)) for link, planes in sections.items() for plane in planes for point in [section_given(link, plane)["point"]]
+    ]
     reach = extent(moved.model, [payload.carried for payload in moved.model.payloads]) if points else 0.0
     return [line for what, point in points for line in far_point(what, point, reach)]
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.errors import ArgumentError, unknown_name
 from ksl.mechanism import given
-from ksl.mechanism.requests import three_numbers
+from ksl.mechanism.requests import one_of, three_numbers
 from ksl.mechanism.states import Array
 from ksl.parts.free_body import COMPONENTS
 from ksl.parts.hull import NOISE, extremes
@@ -18,8 +19,10 @@ from ksl.parts.sources import Moved
 
 Instant = tuple[int, int]
 """The load case, by its number, and the sample."""
-Section = tuple[Sequence[float], Sequence[float]]
-"""Point and normal of a plane section, in the link's frame, as :meth:`ksl.Model.section_wrench` takes them."""
+Section = tuple[Sequence[float], Sequence[float]] | Mapping[str, Any]
+"""Point and normal of a plane section, in the link's frame, as :meth:`ksl.Model.section_wrench` takes them; or a mapping with these, its `share` and `beyond`, and
+`factors` (k, 6): stresses of the section per N and N m of its loads."""
+SECTION_KEYS = ("point", "normal", "share", "beyond", "factors")
 Factors = ArrayLike | Mapping[str, ArrayLike]
 """(k, 6 × wrenches): stresses of a link per N and N m of its wrenches, in their order; or {name of the wrench: (k, 6)}."""
 
@@ -81,9 +84,8 @@ def of_hull(moved: Sequence[Moved], links: Sequence[str], most: int | None) -> C
     return chosen
 
 
-def of_stress(moved: Sequence[Moved], stress: Mapping[str, Factors], most: int | None) -> Chosen:
-    """Few samples that keep a share of all combinations of the stresses (k) that factors give of a link's wrenches."""
-    chosen = Chosen()
+def of_stress(chosen: Chosen, moved: Sequence[Moved], stress: Mapping[str, Factors], most: int | None) -> None:
+    """Adds few samples that keep a share of all combinations of the stresses (k) that factors give of a link's wrenches."""
     for link, factors in stress.items():
         vectors = _vectors(moved, link)
         by_name = _factors(link, factors, vectors[0])
@@ -91,18 +93,40 @@ def of_stress(moved: Sequence[Moved], stress: Mapping[str, Factors], most: int |
             sum((w @ by_name[name].T for name, w in of.items() if name in by_name), np.zeros((len(m.time), 1))) for m, of in zip(moved, vectors, strict=True)
         ]
         _keep(chosen, moved, f"stresses of {link}", np.concatenate(rows), most)
-    return chosen
 
 
-def of_sections(moved: Sequence[Moved], sections: Iterable[tuple[str, Sequence[Section]]], most: int | None) -> Chosen:
-    """Few samples that keep a share of all combinations of the six loads of each section."""
-    chosen = Chosen()
+def of_sections(chosen: Chosen, moved: Sequence[Moved], sections: Iterable[tuple[str, Sequence[Section]]], most: int | None) -> None:
+    """Adds few samples that keep a share of all combinations of the six loads of each section, or of its stresses."""
     for link, planes in sections:
-        for k, (point, normal) in enumerate(planes, 1):
-            at, n = three_numbers(point, f"sections of {link}: the point"), three_numbers(normal, f"sections of {link}: the normal")
-            rows = [m.model.section_wrench(m.q, m.v, m.a, link, at, n, external=dict(m.external) or None) for m in moved]  # type: ignore[attr-defined]
-            _keep(chosen, moved, f"section {k} of {link}" if len(planes) > 1 else f"the section of {link}", np.concatenate(rows), most)
-    return chosen
+        if isinstance(planes, (str, Mapping)) or not hasattr(planes, "__len__"):
+            raise ArgumentError(f"sections of {link}: {planes!r}; expected a list of (point, normal), or of mappings")
+        for k, plane in enumerate(planes, 1):
+            what = f"section {k} of {link}" if len(planes) > 1 else f"the section of {link}"
+            of = section_given(link, plane)
+            factors = of.pop("factors", None)
+            rows = np.concatenate([m.model.section_wrench(m.q, m.v, m.a, link, **of, external=dict(m.external) or None) for m in moved])  # type: ignore[attr-defined]
+            if factors is not None:
+                table = np.atleast_2d(given.numbers(factors, f"{what}: its factors"))
+                if table.ndim != 2 or table.shape[1] != 6 or not np.isfinite(table).all():
+                    raise ArgumentError(
+                        f"{what}: its factors have shape {table.shape}; expected finite numbers (stresses, 6), of fx, fy, fz, tx, ty, tz in the link's axes about the point"
+                    )
+                rows = rows @ table.T
+            _keep(chosen, moved, what, rows, most)
+
+
+def section_given(link: str, plane: Section) -> dict[str, Any]:
+    """Arguments of :meth:`ksl.Model.section_wrench`, and `factors` where they are given."""
+    if not isinstance(plane, Mapping):
+        if not hasattr(plane, "__len__") or len(plane) != 2:
+            raise ArgumentError(f"sections of {link}: {plane!r}; expected (point, normal), or a mapping with some of {', '.join(SECTION_KEYS)}")
+        plane = {"point": plane[0], "normal": plane[1]}
+    for key in plane:
+        one_of(key, f"sections of {link}: a section has key", *SECTION_KEYS)
+    for key in ("point", "normal"):
+        if key not in plane:
+            raise ArgumentError(f"sections of {link}: a section without {key}; give point and normal, in the link's frame")
+    return {**plane, **{key: three_numbers(plane[key], f"sections of {link}: the {key}") for key in ("point", "normal")}}
 
 
 def _keep(chosen: Chosen, moved: Sequence[Moved], what: str, vectors: Array, most: int | None) -> None:

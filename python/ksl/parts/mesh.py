@@ -157,7 +157,7 @@ class _Reader:
         if name == "INCLUDE":
             raise PartError(f"{self.file}: has *INCLUDE, which is not followed; give the file with the mesh itself")
         if name == "NODE":
-            self.nodes |= {_number(card[0]): [float(x or 0) for x in [*card[1:4], "", "", ""][:3]] for card in cards}
+            self.nodes |= {_number(card[0]): [float(x or 0) for x in [*card[1:], "", "", ""][:3]] for card in cards}
         elif name == "ELEMENT":
             self._elements(options.get("TYPE", ""), options.get("ELSET", ""), cards)
         elif name in ("NSET", "ELSET"):

@@ -11,7 +11,7 @@ from pathlib import Path
 from ksl.base.errors import ArgumentError, MotionError, of_argument, unknown_name
 from ksl.base.extras import require
 from ksl.load_cases.computed_cases import ComputedCases
-from ksl.load_cases.results_model import external_of_results, model_of_results, require_same
+from ksl.load_cases.case_files.results_model import external_of_results, model_of_results, require_same
 from ksl.load_cases.results_table import TABLE, motion_of_results, read_results
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.states import Array

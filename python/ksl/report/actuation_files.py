@@ -20,20 +20,7 @@ if TYPE_CHECKING:
     from ksl.report.actuation_results import ActuationResults
 
 MARK = "maps.parquet"
-FILES = (
-    "report.html",
-    MARK,
-    "maps.csv",
-    "motion.parquet",
-    "motion.csv",
-    "serial.urdf",
-    "serial.xml",
-    "closed.xml",
-    "leg.h",
-    "leg.c",
-    "leg_maps.h",
-    "leg_maps.c",
-)
+FILES = ("report.html", MARK, "maps.csv", "motion.parquet", "motion.csv", "serial.urdf", "serial.xml", "closed.xml", "leg_maps.h", "leg_maps.c")
 
 
 def write_actuation(run: ActuationResults, folder: Path, force: bool) -> list[str]:
@@ -56,11 +43,7 @@ def write_actuation(run: ActuationResults, folder: Path, force: bool) -> list[st
             except ValueError:  # MuJoCo lacks one of its joints; the page says so
                 continue
             (stage / name).write_text(text, encoding="utf-8", newline="")
-        try:
-            code = run.actuation.c_code("leg")
-        except ValueError:  # a loop or a joint without C
-            code = {}
-        for name, text in code.items():
+        for name, text in run.actuation.c_code("leg").items():
             (stage / name).write_text(text, encoding="ascii", newline="\n")
         return [name for name in FILES if (stage / name).is_file()]
 

@@ -12,16 +12,16 @@ from ksl._core import __version__
 from ksl.base.markup import html as escape
 from ksl.base.words import listed
 from ksl.mechanism.states import Array
-from ksl.report.charts import Charts, Panel
-from ksl.report.numbers import format_number
-from ksl.report.page import write_page
+from ksl.report.html.charts import Charts, Panel
+from ksl.report.html.numbers import format_number
+from ksl.report.html.page import write_page
 
 if TYPE_CHECKING:
     from ksl.report.actuation_results import ActuationResults, JointCurves
 
 CURVES = ("structure", "drive", "external", "part-1", "part-2", "part-4", "structure-2", "part-5")
 """Colours of curves of which there may be several."""
-WORDS = {"too large": "over", "partly too large": "near", "too small": "", "true": "good"}
+WORDS = {"too large": "over", "partly too large": "near", "too small": "", "not judged": "near", "true": "good"}
 SECTIONS = (("limits", "Limits"), ("maps", "Maps over the range"), ("serial", "The serial model"))
 
 
@@ -70,7 +70,13 @@ def _limits(run: ActuationResults) -> str:
     several = len({row.file for row in limits}) > 1
     rows = []
     for row in limits:
-        between = format_number(row.least) if row.least == row.most else f"{format_number(row.least)} to {format_number(row.most)}"
+        between = (
+            ""
+            if row.judgement == "not judged"
+            else format_number(row.least)
+            if row.least == row.most
+            else f"{format_number(row.least)} to {format_number(row.most)}"
+        )
         colour = WORDS[row.judgement]
         verdict = f'<span style="color:var(--{colour})">{row.judgement}</span>' if colour else row.judgement
         name = f"{escape(row.file)}: {escape(row.joint)}" if several else escape(row.joint)

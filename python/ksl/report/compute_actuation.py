@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.base.errors import MotionError
 from ksl.drivetrain.actuation import Actuation
 from ksl.drivetrain.judged_limits import judged_limits
 from ksl.drivetrain.region import usable_ranges
 from ksl.drivetrain.serial import Limits, place_of
+from ksl.load_cases.closed_poses import closed_pose, named_joints
+from ksl.load_cases.poses import held_still, pose_of
 from ksl.mechanism.states import Array
 from ksl.model.model import Model
 from ksl.motions.motion import Motion
@@ -33,7 +37,7 @@ class ActuationRun(ActuationResults):
     def write(self, directory: str | os.PathLike[str], force: bool = False) -> list[str]:
         """Writes report.html, maps and motion as Parquet and CSV, and the serial model as URDF and MJCF, completely or not at all; returns their names.
 
-        closed.xml is the closed mechanism as MJCF, where MuJoCo has its joints; leg_maps and leg are the maps in C, where they have its loops.  Raises OutputError.  Needs the extra `ksl[loads]`.
+        closed.xml is the closed mechanism as MJCF, where MuJoCo has its joints; leg_maps.h and leg_maps.c are the maps in C.  Raises OutputError.  Needs the extra `ksl[loads]`.
         """
         return write_actuation(self, Path(directory), force)
 
@@ -46,13 +50,15 @@ def compute_actuation(
     check: Sequence[str | os.PathLike[str]] = (),
     at: ArrayLike | None = None,
     limits: Limits = "safe",
+    start: Mapping[str, Any] | ArrayLike | None = None,
     command: str = "",
 ) -> ActuationRun:
     """The map of :func:`ksl.actuation` over its range, limits of files beside those that motors give, the serial model, and a motion through the mechanism.
 
     model: a model, or the robot's file.  joints: as of :func:`ksl.actuation`.  motion: a file with a column for each joint of the serial model, those
     that carry the mechanism included, as :func:`ksl.read_motion` reads it.  check: other files of the robot, serial ones in whatever format, whose limits are judged.
-    at (joints): the place that curves go through, by default the closed position nearest to neutral.  limits: of the serial model, "safe" or "mean".
+    at (joints): the place that curves go through, by default the start.  limits: of the serial model, "safe" or "mean".
+    start: as of :func:`ksl.actuation`, (nq); or {joint: position}, rad or m, of which other joints follow.
     command: the command line, for the report.
 
     Raises ValueError, MotionError and DescriptionError with a sentence.  Some seconds for three joints.
@@ -61,7 +67,7 @@ def compute_actuation(
         run.write("ankle")
     """
     robot = model if isinstance(model, Model) else load(model)
-    a = robot.actuation(joints)
+    a = robot.actuation(joints, _closed(robot, start) if isinstance(start, Mapping) else start)
     place = place_of(a, at)
     serial = a.serial_model(place, limits)
     judged = judged_limits(a, file=_name(robot))
@@ -79,6 +85,17 @@ def compute_actuation(
     return ActuationRun(a, place, [_curves(a, place, k) for k in range(len(a.joints))], judged, serial, errors, through, inputs, command)
 
 
+def _closed(m: Model, positions: Mapping[str, Any]) -> Array:
+    """The position (nq) with these joints where they are said to be."""
+    try:
+        q = pose_of(m, positions)
+        for doubt in held_still(m, q).doubts:  # degrees for radians, millimetres for metres
+            raise MotionError(doubt)
+        return closed_pose(m, q, named_joints(m, positions))[0] if m.loops else q
+    except MotionError as e:
+        raise MotionError(f"start: {e}") from None
+
+
 def _name(m: Model) -> str:
     return os.path.basename(m.file) if m.file else m.name
 
@@ -92,7 +109,7 @@ def _curves(a: Actuation, at: Array, k: int) -> JointCurves:
     W = a.motor_jacobian(q)
     effort, effort_box = (a.effort_alone(q)[:, k], a.effort_box(q)[:, k, 1]) if a.has_limits("effort") else (None, None)
     velocity, velocity_box = (a.velocity_alone(q)[:, k], a.velocity_box(q)[:, k, 1]) if a.has_limits("velocity") else (None, None)
-    distance = np.linalg.det(W) / np.linalg.det(a.motor_jacobian(at))
+    distance = a.holding(W) / a.holding(a.motor_jacobian(at))
     inertia = [a.reflected_inertia(q, of=share)[:, k, k] for share in ("rotors", "rods")]
     return JointCurves(
         a.joints[k], a.model.joint(a.joints[k]).unit, q, motors, W[:, :, k], effort, effort_box, velocity, velocity_box, inertia[0], inertia[1], distance

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 from ksl.base.errors import MotionError
 from ksl.base.files_read import InputFile
-from ksl.load_cases.case_file import read_cases
-from ksl.load_cases.given_cases import ExternalGiven, MotionGiven, PayloadsGiven, PointsGiven, one_case, placement_of, with_payloads
+from ksl.load_cases.case_files.case_file import read_cases
+from ksl.load_cases.case_files.given_cases import ExternalGiven, MotionGiven, PayloadsGiven, PointsGiven, one_case, placement_of, with_payloads
 from ksl.load_cases.load_case import LoadCase, Placement
 from ksl.load_cases.provenance import provenance_of
 from ksl.robot_files.loading import load

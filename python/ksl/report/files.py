@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import SizingError
-from ksl.report.input import ReportInput
+from ksl.report.html.input import ReportInput
 from ksl.report.pdf import Paper, find_browser, write_pdf
 
 if TYPE_CHECKING:
-    from ksl.sizing.sizing import Sizing
+    from ksl.sizing.joints.sizing import Sizing
 
 NAMES = ("report.html", "report.json", "report.pdf")
 
@@ -35,7 +35,7 @@ class ReportFiles:
         Raises OutputError without a browser, and SizingError for components: before an hour of work rather than after it.
         """
         if components is not None:
-            from ksl.sizing.components import read_components
+            from ksl.sizing.catalogue.components import read_components
 
             read_components(components)
         return ReportFiles(json, paper, find_browser() if paper else "", components)
@@ -44,7 +44,7 @@ class ReportFiles:
         """The components against the wrenches in a folder; None without components.  later: where they will be found.  Raises SizingError."""
         if self.components is None:
             return None
-        from ksl.sizing.compute_sizing import size
+        from ksl.sizing.joints.compute_sizing import size
 
         try:
             found = size(directory, self.components)
@@ -56,7 +56,7 @@ class ReportFiles:
         return found
 
     def write(self, directory: Path, report: ReportInput) -> None:
-        from ksl.report.page import write_report
+        from ksl.report.html.page import write_report
 
         write_report(directory / "report.html", report)
         if self.json:

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from ksl.base.files_read import InputFile
 from ksl.load_cases.closed_poses import closed_pose, named_joints
-from ksl.load_cases.given_cases import checked
+from ksl.load_cases.case_files.given_cases import checked
 from ksl.load_cases.holding import Pose, given_pose, worst_pose
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of

@@ -13,8 +13,8 @@ from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import SummaryRow, weight_of
 from ksl.load_cases.verdict import Verdict
 from ksl.mechanism.mechanism import Mechanism
-from ksl.report.input import CaseCurves, ReportInput
-from ksl.report.stills import appearance_of, stills_of
+from ksl.report.html.input import CaseCurves, ReportInput
+from ksl.report.html.stills import appearance_of, stills_of
 
 if TYPE_CHECKING:
     from ksl.viewer.visuals import Appearance

@@ -10,8 +10,8 @@ from typing import Any
 
 from ksl._core import __version__
 from ksl.load_cases.quantities import PowerBalance
-from ksl.report.input import CaseCurves, ReportInput
-from ksl.report.rows import joint_units, with_limits
+from ksl.report.html.input import CaseCurves, ReportInput
+from ksl.report.html.rows import joint_units, with_limits
 
 SCHEMA = 1
 """Number of the form of the file.  It grows when a key changes its meaning or goes; keys may be added at any time."""

@@ -18,13 +18,13 @@ from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
 from ksl.load_cases.verdict import Verdict, percent
 from ksl.output import refuse_inputs, staged, whole_file
-from ksl.report import mat_file, mcap_file
+from ksl.report import mat_file, mcap_file, rrd_file
 from ksl.report.files import ReportFiles
 from ksl.report.result_files import RESULTS, WrenchFiles, refuse_others
 from ksl.report.workbook import WORKBOOK, check_package, write_workbook
 
 if TYPE_CHECKING:
-    from ksl.report.input import ReportInput
+    from ksl.report.html.input import ReportInput
 
 
 class Run(ComputedCases):
@@ -36,7 +36,7 @@ class Run(ComputedCases):
     def write(
         self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
         report: ReportFiles = ReportFiles(), beside: Mapping[str, Callable[[Path], None]] = MappingProxyType({}), xlsx: bool = False,
-        mcap: bool = False, mat: bool = False,
+        mcap: bool = False, mat: bool = False, rrd: bool = False,
     ) -> list[str]:  # fmt: skip
         """Writes wrenches.parquet, summary.csv and report.html.
 
@@ -45,6 +45,7 @@ class Run(ComputedCases):
         report: whether there shall be report.json and report.pdf, and components that the report checks.  beside: more files by name, and what
         writes each.  xlsx: results.xlsx too, a sheet for each table, with units; needs the extra `ksl[xlsx]`.
         mcap: wrenches.mcap, messages of ROS 2 for Foxglove, PlotJuggler and RViz; needs `ksl[bags]`.  mat: wrenches.mat for MATLAB.
+        rrd: wrenches.rrd, a recording for Rerun; needs `ksl[rerun]`.
         Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
 
@@ -55,6 +56,8 @@ class Run(ComputedCases):
             check_package()
         if mcap:
             mcap_file.check_package()
+        if rrd:
+            rrd_file.check_package()
         names = (*RESULTS, *beside)
         refuse_inputs([folder / name for name in names], [*self._files_read, *([report.components] if report.components else [])])
         check = None if force else partial(refuse_others, folder, self.provenance)
@@ -68,6 +71,8 @@ class Run(ComputedCases):
                 mcap_file.write_mcap(stage / mcap_file.FILE, self.cases, self.provenance)
             if mat:
                 mat_file.write_mat(stage / mat_file.FILE, self.cases, self.provenance)
+            if rrd:
+                rrd_file.write_rrd(stage / rrd_file.FILE, self.cases, self.provenance)
             report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
             for name, write in beside.items():
                 write(stage / name)
@@ -75,7 +80,7 @@ class Run(ComputedCases):
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
         """Writes the report as one HTML file: of the load cases that govern most, or of one that is named.  Raises OutputError, also if the run reads that file."""
-        from ksl.report.page import write_report
+        from ksl.report.html.page import write_report
 
         refuse_inputs([Path(path)], self._files_read)
         by_name = {r.case.name: r for r in self.results}

@@ -22,7 +22,7 @@ from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_successor, has_drive
 from ksl.load_cases.undetermined import Undetermined
-from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.mechanism import Joint, Mechanism
 from ksl.mechanism.states import Array
 from ksl.output import OutputError
 
@@ -96,12 +96,17 @@ def _write_case(topics: _Topics, case: LoadCase, start: float, single: bool) -> 
     topics.put("/case", "std_msgs/msg/String", round((first + shift) * 1e9), Cdr().text(case.name).bytes())
     last = first
     for block in replace(case, placement=Placement(), known_undetermined=Undetermined()).blocks():
-        world, frames = _world(case), list(_frames(case, block))
-        states = _states(case, block)
+        world, frames = _world(case), list(frames_of(case, block))
+        states = states_of(case, block)
         for i, t in enumerate(block.time):
             ns = round((float(t) + shift) * 1e9)
             for (k, joint), name in zip(wanted, names, strict=True):
-                topics.put(f"/wrench/{name}", "geometry_msgs/msg/WrenchStamped", ns, Cdr().stamp(ns).text(_frame_of(joint)).doubles(block.total[i, k]).bytes())
+                topics.put(
+                    f"/wrench/{name}",
+                    "geometry_msgs/msg/WrenchStamped",
+                    ns,
+                    Cdr().stamp(ns).text(frame_of(joint, case.model)).doubles(block.total[i, k]).bytes(),
+                )
             topics.put("/joint_states", "sensor_msgs/msg/JointState", ns, _joint_state(ns, states, i))
             topics.put("/tf", "tf2_msgs/msg/TFMessage", ns, _transforms(ns, world, frames, i))
             last = float(t)
@@ -117,29 +122,34 @@ def _topics_of(joints: Sequence[str]) -> list[str]:
     return found
 
 
-def _frame_of(joint: Joint) -> str:
-    """The frame of a joint on its child's side: that of the child's link; joints that close loops have one of their own."""
-    return joint.name if isinstance(joint, LoopJoint) else joint.child
+def frame_of(joint: Joint, model: Mechanism) -> str:
+    """The frame of a joint on its child's side: that of the child's link; joints that close loops have one of their own, whose name no link has."""
+    if not isinstance(joint, LoopJoint):
+        return joint.child
+    name = joint.name
+    while name in model.link_names or (name != joint.name and name in model.loop_names):
+        name += "_joint"
+    return name
 
 
-def _frames(case: LoadCase, block: Block) -> Iterator[tuple[str, Array, Array]]:
+def frames_of(case: LoadCase, block: Block) -> Iterator[tuple[str, Array, Array]]:
     """Name, positions (n, 3) and quaternions (n, 4), x y z w, of all frames in the world."""
     model = case.model
     poses = dict(zip(model.link_names, np.moveaxis(model.frame_poses(block.q, [f"link:{name}" for name in model.link_names]), 1, 0)))
     for joint in case.joints:
         if isinstance(joint, LoopJoint) and joint.loop is not None:
-            poses[joint.name] = poses[joint.child] @ frame_on_successor(joint.loop)
+            poses[frame_of(joint, model)] = poses[joint.child] @ frame_on_successor(joint.loop)
     for name, pose in poses.items():
         yield name, pose[:, :3, 3], _without_jumps(np.array([quaternion_of(R) for R in pose[:, :3, :3]]))
 
 
 def _without_jumps(quaternions: Array) -> Array:
-    """The same rotations (n, 4), each quaternion on the side of the one before it: q and −q are one rotation, and two curves."""
+    """Rotations (n, 4) as they are given, each quaternion on the side of the one before it: q and −q are one rotation, and two curves."""
     turned = np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0
     return np.asarray(quaternions * np.where(np.cumsum(np.append(False, turned)) % 2, -1.0, 1.0)[:, None])
 
 
-def _states(case: LoadCase, block: Block) -> list[tuple[str, Array, Array, Array]]:
+def states_of(case: LoadCase, block: Block) -> list[tuple[str, Array, Array, Array]]:
     """Name, position, speed and effort of joints with one coordinate; no effort (NaN) where there is no drive."""
     none = np.full(len(block.time), np.nan)
     moving = [j for j in case.joints if j.one_coordinate]

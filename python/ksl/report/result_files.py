@@ -16,7 +16,7 @@ from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.summary_table import FIRST_LINE, SUMMARY
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.output import OutputError, flush_early, refuse_unknown
-from ksl.report import mat_file, mcap_file
+from ksl.report import mat_file, mcap_file, rrd_file
 from ksl.report.files import NAMES as REPORT_FILES
 from ksl.report.workbook import WORKBOOK
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 DEFLECTION = "deflection.csv"
-RESULTS = ("wrenches.parquet", "wrenches.csv", mcap_file.FILE, mat_file.FILE, SUMMARY, WORKBOOK, DEFLECTION, *REPORT_FILES)
+RESULTS = ("wrenches.parquet", "wrenches.csv", mcap_file.FILE, mat_file.FILE, rrd_file.FILE, SUMMARY, WORKBOOK, DEFLECTION, *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 

@@ -4,6 +4,7 @@ answer needs."""
 from __future__ import annotations
 
 import os
+import zipfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -12,10 +13,15 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.base.limits import MESH_ARCHIVE, megabytes
+
 Array = NDArray[np.float64]
 
 SEARCHED = (("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"), ("GAZEBO_MODEL_PATH", ""), ("GZ_SIM_RESOURCE_PATH", ""))
 """Environment variables that hold folders of packages, and where below each folder the packages are."""
+
+PACKED = (b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
+"""How archives and compressed files begin."""
 
 SAMPLED = 3000
 """Triangles of an STL file, spread evenly, that its extent is taken from."""
@@ -132,6 +138,8 @@ def mesh_fault(path: Path) -> str | None:
         return "is empty"
     if head.startswith(b"version https://git-lfs"):
         return "is a pointer of Git LFS, not the mesh; fetch it with git lfs pull"
+    if head.startswith(PACKED) and (fault := _archive_fault(path, head)):
+        return fault
     suffix = path.suffix.lower()
     if suffix == ".stl":
         return _stl_fault(head, size)
@@ -142,6 +150,22 @@ def mesh_fault(path: Path) -> str | None:
     if suffix in (".glb",) and head[:4] != b"glTF":
         return "is no glTF file"
     return None
+
+
+def _archive_fault(path: Path, head: bytes) -> str | None:
+    """3MF and zipped Collada are archives, too; they may unpack to any size."""
+    if not head.startswith(PACKED[0]):
+        return "is compressed; unpack it"
+    try:
+        with zipfile.ZipFile(path) as archive:  # no more is unpacked of a member than this says
+            unpacked = sum(member.file_size for member in archive.infolist())
+    except (zipfile.BadZipFile, OSError, ValueError):
+        return "is a broken archive; export it again"
+    return (
+        f"is an archive of {megabytes(unpacked)}, and {megabytes(MESH_ARCHIVE)} are the most that are unpacked; export it as STL or OBJ"
+        if unpacked > MESH_ARCHIVE
+        else None
+    )
 
 
 def _stl_fault(head: bytes, size: int) -> str | None:

@@ -73,7 +73,7 @@ def effort_ranges(mj: Any) -> dict[int, Range]:
 
 
 def led(ranges: Mapping[int, Range], family: Mapping[int, tuple[int, float]]) -> dict[int, Range]:
-    """The same of joints that lead: with what the motors of joints exert that follow them, `family` being {follower: (leader, multiplier)}."""
+    """Ranges of joints that lead: with what the motors of joints exert that follow them, `family` being {follower: (leader, multiplier)}."""
     found = {j: own for j, own in ranges.items() if j not in family}
     for j, (leader, multiplier) in family.items():
         if j in ranges:

@@ -22,9 +22,10 @@ try:
     say(said=said)
 except (ValueError, mujoco.FatalError) as e:
     say(said=said, refused=str(e))
-except MemoryError:
-    say(said=said, refused="there is not enough memory for it")
+except (MemoryError, RuntimeError) as e:
+    say(said=said, refused=str(e), short=isinstance(e, MemoryError))
 """
+NO_MEMORY = "there is not enough memory for it"
 
 
 class Refused(Exception):
@@ -44,8 +45,8 @@ def compiled(file: str, text: str | None, say: Callable[[str], None]) -> Any:
         return mujoco.MjModel.from_xml_path(file) if text is None else mujoco.MjModel.from_xml_string(text)
     except (ValueError, mujoco.FatalError) as e:
         raise Refused(str(e)) from None
-    except MemoryError:
-        raise Refused("there is not enough memory for it") from None
+    except (MemoryError, RuntimeError) as e:
+        raise Refused(_why(str(e), isinstance(e, MemoryError))) from None
     finally:
         mujoco.set_mju_user_warning(handler)
 
@@ -63,13 +64,20 @@ def _compiled_apart(file: str, text: str | None, say: Callable[[str], None]) -> 
         for line in (*made["said"], *filter(None, map(str.strip, made["printed"].splitlines()))):
             say(line)
         if "refused" in made:
-            raise Refused(made["refused"])
+            raise Refused(_why(made["refused"], made.get("short", False)))
         import mujoco
 
         try:
             return mujoco.MjModel.from_binary_path(to)
-        except (ValueError, mujoco.FatalError, MemoryError) as e:
-            raise Refused(str(e) or "there is not enough memory for it") from None
+        except (ValueError, mujoco.FatalError) as e:
+            raise Refused(str(e)) from None
+        except (MemoryError, RuntimeError) as e:
+            raise Refused(_why(str(e), isinstance(e, MemoryError))) from None
+
+
+def _why(said: str, short: bool) -> str:
+    """MuJoCo's own words, or that memory is short: its bindings call an allocation that fails an unknown exception."""
+    return NO_MEMORY if short or "unknown exception" in said or "bad_alloc" in said else said or "it says nothing more"
 
 
 def _forget_meshes(mujoco: Any) -> None:

@@ -12,6 +12,7 @@ from io import BytesIO
 from xml.etree import ElementTree
 
 from ksl.base.files_read import InputFile, changed, note, sha256_of, state_of
+from ksl.robot_files.mjcf_amounts import KINDS, Amount, Kind, asked, copies_of
 
 XML = ("include", "model")
 """Elements that name other MJCF."""
@@ -29,7 +30,9 @@ class FilesOfMjcf:
         """text: `contents` are no file's, and other files are looked for in the current folder."""
         self._file = file
         own = [] if text else [("robot", file)]
-        named = [*own, *_named_by("" if text else file, contents)]
+        self.amounts: list[Amount] = []
+        """What its text, or the PNG files that it names, ask MuJoCo to make."""
+        named = [*own, *_named_by("" if text else file, contents, self.amounts)]
         states = [(role, path, state_of(path)) for role, path in named]
         self._files = [(role, path, state, None if state is None else sha256_of(state)) for role, path, state in states]
 
@@ -44,35 +47,56 @@ class FilesOfMjcf:
         return found
 
 
-def _named_by(file: str, contents: bytes) -> Iterable[tuple[str, str]]:
-    """(role, path) of the files that exist, each once."""
+def _named_by(file: str, contents: bytes, amounts: list[Amount]) -> Iterable[tuple[str, str]]:
+    """(role, path) of the files that exist, each once.  amounts: takes what they ask for."""
     main = os.path.dirname(file)
-    waiting, folders, names = [(main, contents)], {main}, []
+    waiting, folders, names = [(main, contents, 1)], {main}, []
+    pictures: list[tuple[Kind, str, str, str]] = []
     found: dict[str, str] = {}
     while waiting:
-        beside, xml = waiting.pop()
-        for element in _elements(xml):
+        beside, xml, outer = waiting.pop()
+        elements = _elements(xml)
+        for element, copies in elements:
             folders |= {os.path.join(main, element.get(key, "")) for key in FOLDERS if element.get(key)}
             given = [value for key, value in element.items() if key.startswith("file") and value]
+            amounts += asked(element, copies * outer, len(elements))
+            if element.tag in KINDS:
+                pictures += [(KINDS[element.tag], element.get("name", ""), beside, value) for value in given]
             if element.tag in XML:
                 for path in _existing(given, {main, beside}):
                     if path not in found:
                         found[path] = "included"
-                        waiting.append((os.path.dirname(path), _bytes(path)))
+                        waiting.append((os.path.dirname(path), _bytes(path), copies * outer))
             elif element.tag not in DRAWN:
                 names += [(beside, value) for value in given]
     for beside, value in names:
         for path in _existing([value], {beside, *folders}):
             found.setdefault(path, "mesh")
+    for kind, name, beside, value in pictures:
+        amounts += [Amount(kind, name, _size_of_png(path)) for path in _existing([value], {beside, *folders})]
     found.pop(os.path.normpath(file), None)
     return ((role, path) for path, role in found.items())
 
 
-def _elements(xml: bytes) -> list[ElementTree.Element]:
+def _size_of_png(path: str) -> tuple[int, int]:
+    """Rows and columns by its header; zeros of what is no PNG, whose files are as long as their numbers."""
+    header = _bytes(path, 24)
+    return (int.from_bytes(header[20:24], "big"), int.from_bytes(header[16:20], "big")) if header.startswith(b"\x89PNG\r\n\x1a\n") else (0, 0)
+
+
+def _elements(xml: bytes) -> list[tuple[ElementTree.Element, int]]:
+    """All elements, with the number of copies that those around them make of them."""
+    found, copies = [], [1]
     try:
-        return [element for _, element in ElementTree.iterparse(BytesIO(xml), events=("start",))]
+        for event, element in ElementTree.iterparse(BytesIO(xml), events=("start", "end")):
+            if event == "end":
+                copies.pop()
+            else:
+                found.append((element, copies[-1]))
+                copies.append(copies[-1] * copies_of(element))
     except (ElementTree.ParseError, ValueError, LookupError):
         return []  # MuJoCo says what is wrong with it
+    return found
 
 
 def _existing(names: Iterable[str], folders: Iterable[str]) -> list[str]:
@@ -83,9 +107,9 @@ def _existing(names: Iterable[str], folders: Iterable[str]) -> list[str]:
     return [path for path in dict.fromkeys(tried) if "\0" not in path and os.path.isfile(path)]
 
 
-def _bytes(path: str) -> bytes:
+def _bytes(path: str, most: int = -1) -> bytes:
     try:
         with open(path, "rb") as source:
-            return source.read()
+            return source.read(most)
     except OSError:
         return b""

@@ -129,7 +129,7 @@ def _of_joints(mj: Any, i: int, joints: list[str]) -> tuple[int, int, float, flo
 
 
 def _of_tendons(mj: Any, i: int, joints: list[str], followers: Mapping[int, Coupling], driven: set[int]) -> tuple[int, int, float, float]:
-    """The same of a constraint of tendons.  The joint leads that has a motor or follows another one already, else the first of the tendon."""
+    """y, x, a₁ and a₀ of a constraint of tendons.  The joint leads that has a motor or follows another one already, else the first of the tendon."""
     first, second, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
     names = " and ".join(mj.tendon(k).name or f"{k + 1}" for k in (first, second) if k >= 0)
     sums = [tendon_terms(mj, k) for k in (first, second) if k >= 0]

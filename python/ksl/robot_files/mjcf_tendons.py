@@ -12,8 +12,8 @@ from ksl.robot_files.mjcf_actuators import tendon_terms
 WRAPS_SITE = 3
 """The value of mjtWrap for sites, which MuJoCo publishes."""
 _NOT_USED = ("frictionloss", "armature", "limited", "actfrclimited", "stiffnesspoly", "dampingpoly", "springyield")
-
-
+HELD = 1e-3
+"""The width of a tendon's range, of its length, or rad or m of a fixed one, within which it holds what it goes over."""
 _PASSIVE = ("stiffness", "damping", "frictionloss", "armature")
 """What makes a tendon couple the joints or bodies it goes over, whoever pulls it."""
 
@@ -52,11 +52,17 @@ def add_force_elements(builder: Any, mj: Any, bodies: list[str], joints: list[st
 
 def _say_missing(mj: Any, i: int, joints: list[str], say: Callable[[str], None]) -> None:
     """That a tendon's forces are missing, where it couples joints or bodies by more than its actuators."""
-    what = [word for word in _PASSIVE if _has(mj, word, i)]
+    what = [word for word in _PASSIVE if _has(mj, word, i)] + (["narrow limits"] if _is_held(mj, i) else [])
     if what:
         terms = tendon_terms(mj, i)
         over = f"joints {', '.join(joints[j] for j in terms)}" if terms else "sites and surfaces"
         say(f"tendon {mj.tendon(i).name or i + 1} couples {over} by its {', '.join(what)}, which KSL doesn't read: these forces are missing")
+
+
+def _is_held(mj: Any, i: int) -> bool:
+    """Whether the limits of a tendon leave it hardly any way: it is a rod, or a coupling of joints."""
+    low, high = map(float, mj.tendon_range[i])
+    return bool(_has(mj, "limited", i)) and high - low <= HELD * (1.0 if tendon_terms(mj, i) else max(abs(low), abs(high)))
 
 
 def _sites(mj: Any, i: int) -> tuple[int, int] | None:

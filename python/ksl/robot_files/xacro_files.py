@@ -80,7 +80,8 @@ def with_packages(given: Mapping[str, object] | None, packages: Mapping[str, str
     for name, folder in folders.items():
         if not os.path.isdir(folder):
             raise ValueError(f"packages: {name} is {folder!r}, which is no folder; give that of the package")
-    return Arguments(arguments(given), folders)
+    # xacro takes relative ones from the folder of each file that names them
+    return Arguments(arguments(given), {name: os.path.abspath(folder) for name, folder in folders.items()})
 
 
 class Expanded(NamedTuple):

@@ -159,10 +159,10 @@ class DriveNumbers:
 
     def _called(self, function: Callable[..., Any], in_lanes: bool) -> Callable[[int, float, Array, Array], Array | None]:
         """A function of the user, as the compiled call wants it."""
-        leading, nv = self._leading if in_lanes else (), self._model.nv
+        leading, nq, nv = self._leading if in_lanes else (), self._model.nq, self._model.nv
 
         def efforts(run: int, t: float, q: Array, v: Array) -> Array | None:
-            found = function(t, q.reshape(*leading, q.shape[-1]), v.reshape(*leading, nv))
+            found = function(t, q.reshape(*leading, nq), v.reshape(*leading, nv))
             if found is None:
                 return None
             array = np.asarray(real_array(found, "the result of efforts"), dtype=float)

@@ -239,8 +239,9 @@ class SimulationCalls(Calls):
         warnings.warn(sentence(said), RuntimeWarning, stacklevel=3)
 
     def _warn_of_overflow(self, run: Simulation) -> None:
-        """Says where motions are finite, and squares of velocities are not."""
-        bad = ~np.isfinite(run.kinetic + run.potential + run.work).reshape(-1, len(run.times))
+        """Says where motions are finite, and squares of velocities are not.  Rows behind the end of a run, by an event say, are NaN."""
+        known = np.isfinite(run.v).any(axis=-1)
+        bad = (known & ~np.isfinite([run.kinetic, run.potential, run.work]).all(axis=0)).reshape(-1, len(run.times))
         if bad.any():
             state, sample = np.argwhere(bad)[0]
             which = f"run {state}" if run.complete.ndim else "the run"

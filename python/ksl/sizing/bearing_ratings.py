@@ -1,4 +1,7 @@
-"""Load ratings of radial deep-groove ball bearings from their dimensions, for bearings of which no catalogue has numbers."""
+"""Load ratings of radial deep-groove ball bearings from their dimensions, for bearings of which no catalogue has numbers.
+
+Constants are those that publications quote of the standards; the printed standards were not at hand.
+"""
 
 from __future__ import annotations
 

@@ -240,7 +240,9 @@ def read_results(path: str | Path) -> Results:
     if (file / "sweep.json").is_file():  # what `ksl sweep` has written
         table = file / "wrenches"
         if not table.is_dir():
-            raise SizingError(f"{file}: this sweep has no wrenches; run it with --wrenches, or with `components` in its [base]")
+            raise SizingError(
+                f"{file}: this sweep has no wrenches; run it with --wrenches. With `components` in its [base] it judges them itself, in worst.csv"
+            )
     if not _exists(table):
         raise SizingError(f"{file}: no such file; give the folder or wrenches.parquet that `ksl loads` writes")
     if table.is_dir() and not any(table.rglob("*.parquet")):

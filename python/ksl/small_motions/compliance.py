@@ -15,7 +15,7 @@ from ksl.mechanism.gear_classes import has_classes
 from ksl.mechanism.loops import one_position
 from ksl.mechanism.requests import core_of, one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, argument_rows, items_of, leading_shape
-from ksl.mechanism.stiffness import Flexibility, Stiffness, flexibilities_of, steady_motion
+from ksl.mechanism.stiffness import Flexibility, Stiffnesses, flexibilities_of, steady_motion, table_of
 from ksl.small_motions.elastic import Elastic, elastic, falls, flexibilities
 
 Axes = Literal["frame", "world"]
@@ -25,11 +25,11 @@ WEAK = 1e-12
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
-def compliance(model: Calls, q: ArrayLike, frame: str, stiffness: Mapping[str, Stiffness] | None = None, axes: Axes = "frame") -> Array:
+def compliance(model: Calls, q: ArrayLike, frame: str, stiffness: Stiffnesses | None = None, axes: Axes = "frame") -> Array:
     """See :meth:`ksl.Model.compliance`."""
     link = model.frame_link(frame)
     at = one_position(model, q)
-    body = elastic(model, at, flexibilities(model, stiffness, at))
+    body = elastic(model, at, flexibilities(model, table_of(model, stiffness), at))
     J = _twists(body, link, axes)
     C = J @ _given_way(body, J.T)
     return (C + C.T) / 2
@@ -37,14 +37,15 @@ def compliance(model: Calls, q: ArrayLike, frame: str, stiffness: Mapping[str, S
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def deflection(
-    model: Calls, q: ArrayLike, v: ArrayLike, a: ArrayLike, frame: str, stiffness: Mapping[str, Stiffness] | None = None, external: External | None = None,
+    model: Calls, q: ArrayLike, v: ArrayLike, a: ArrayLike, frame: str, stiffness: Stiffnesses | None = None, external: External | None = None,
     axes: Axes = "frame", by: By = "frame", external_axes: ExternalAxes = "link",
 ) -> Array:  # fmt: skip
     """See :meth:`ksl.Model.deflection`."""
     link = model.frame_link(frame)
     one_of(by, "by", "frame", "joint")
     one_of(axes, "axes", "frame", "world")
-    flexible = flexibilities(model, stiffness)
+    given = table_of(model, stiffness)
+    flexible = flexibilities(model, given)
     if name := falls(model, flexible):
         raise ValueError(f"{name} holds nothing, so that no frame is off by a certain way: give {name} a stiffness, or use with_frozen_joints")
     arrays = {name: argument_rows(x, name, columns, core_of(model)) for name, x, columns in (("q", q, model.nq), ("v", v, model.nv), ("a", a, model.nv))}
@@ -54,7 +55,7 @@ def deflection(
     through = np.asarray(model.reactions(q, v, a, external, joints=names, external_axes=external_axes))
     poses = np.broadcast_to(arrays["q"], (*leading, model.nq)).reshape(math.prod(leading), model.nq)
     through = np.broadcast_to(through, (*leading, *through.shape[-2:])).reshape(len(poses), *through.shape[-2:])
-    gears = stiffness if stiffness is not None and has_classes(stiffness) else None
+    gears = given if given is not None and has_classes(given) else None
     at_load = (flexible if gears is None else flexibilities_of(model, gears, _efforts(model, f), "twist") for f in through)
     out = np.array([_of_state(model, x, f, link, each, axes, by) for x, f, each in zip(poses, through, at_load)])
     shape = (6,) if by == "frame" else (len(model.joints), 2, 6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,8 +13,7 @@ import numpy as np
 from ksl.base.csv_cells import csv_text
 from ksl.load_cases.load_case import LoadCase
 from ksl.mechanism.states import Array
-from ksl.mechanism.stiffness import Stiffness, flexibilities_of
-from ksl.robot_files.stiffness_file import in_file, stiffnesses
+from ksl.mechanism.stiffness import Stiffnesses, table_of
 from ksl.small_motions.compliance import deflection
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -28,7 +27,7 @@ class Deflections:
 
     frame: str
     joints: tuple[str, ...]
-    """Those that have a share."""
+    """The joints that have a share."""
     cases: tuple[str, ...]
     times: tuple[Array, ...]
     """(n) of each case, s."""
@@ -65,21 +64,15 @@ class Deflections:
         return f"{self.frame} is off by up to {1000 * most:.4g} mm, at {self.times[worst][k]:.6g} s{of}{f': {said}' if said else ''}"
 
 
-def deflections(cases: Sequence[LoadCase], frame: str, stiffness: Mapping[str, Stiffness] | str | os.PathLike[str] | None = None) -> Deflections:
+def deflections(cases: Sequence[LoadCase], frame: str, stiffness: Stiffnesses | None = None) -> Deflections:
     """The displacement of a frame under the wrenches of load cases, by the joints that give way.
 
     stiffness: as of :meth:`Model.deflection`, or a TOML file.  Raises ValueError.  Each sample costs what :meth:`Model.deflection` does.
 
         off = deflections(run.cases, "tool0", "stiffness.toml")
     """
-    if not (stiffness is None or isinstance(stiffness, Mapping)):
-        given = stiffnesses(stiffness)
-        with in_file(stiffness):
-            flexibilities_of(cases[0].model, given)  # judged here: other errors are not the file's
-        return deflections(cases, frame, given)
-    found = [
-        deflection(case.model, case.motion.q, case.motion.resolved_v, case.motion.resolved_a, frame, stiffness, case.external, by="joint") for case in cases
-    ]
+    given = table_of(cases[0].model, stiffness)
+    found = [deflection(case.model, case.motion.q, case.motion.resolved_v, case.motion.resolved_a, frame, given, case.external, by="joint") for case in cases]
     has_share = np.any([shares.any(axis=(0, 2, 3)) for shares in found], axis=0)
     names = tuple(joint.name for joint, has in zip(cases[0].model.joints, has_share) if has)
     return Deflections(

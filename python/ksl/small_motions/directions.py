@@ -155,7 +155,7 @@ def _first_axes(model: Calls, column: Array, joint_of: Array, motions: list[Arra
     found = np.zeros(len(joint_of), dtype=bool)
     for i, joint in enumerate(model.joints):
         own = np.flatnonzero(joint_of == i)
-        if joint.kind == "universal" and len(own) > 1 and np.array_equal(column[:, own[:2]], motions[i]):
+        if joint.kind == "universal" and np.array_equal(column[:, own[:2]], motions[i]):
             found[own[0]] = True
     return found
 

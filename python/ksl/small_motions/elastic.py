@@ -12,7 +12,7 @@ from ksl.mechanism.calls import Calls
 from ksl.mechanism.gear_classes import has_classes
 from ksl.mechanism.loops import SAME, length_of
 from ksl.mechanism.states import Array
-from ksl.mechanism.stiffness import Flexibility, Stiffness, all_compliances_of, flexibilities_of
+from ksl.mechanism.stiffness import Flexibility, Stiffness, all_flexibilities_of, flexibilities_of
 from ksl.small_motions.closure import Closure, closure
 from ksl.small_motions.directions import Directions, cross, directions_of, floats, has_motor
 from ksl.small_motions.giving_way import ZERO
@@ -28,7 +28,7 @@ def flexibilities(model: Calls, stiffness: Mapping[str, Stiffness] | None, held_
         rest = np.zeros(model.nv)
         tau = model.inverse_dynamics(held_at, rest, rest) if held_at is not None and has_classes(stiffness) else rest
         return flexibilities_of(model, stiffness, {joint.name: float(tau[joint.v_index]) for joint in model.joints if joint.nv == 1})
-    return {name: Flexibility(np.reshape(matrix, (6, 6)), np.zeros((6, 0))) for name, matrix in all_compliances_of(model).items()}
+    return all_flexibilities_of(model)
 
 
 @dataclass(frozen=True)

@@ -16,18 +16,17 @@ from numpy.typing import ArrayLike
 from ksl.base.csv_cells import csv_text
 from ksl.base.errors import MotionError
 from ksl.load_cases.closed_poses import closed_pose, named_joints
-from ksl.load_cases.motion_given import motion_given
+from ksl.load_cases.case_files.motion_given import motion_given
 from ksl.load_cases.poses import neutral, pose_of
 from ksl.mechanism.joint_kinds import columns_of
 from ksl.mechanism.states import Array
-from ksl.mechanism.stiffness import Stiffness, flexibilities_of
+from ksl.mechanism.stiffness import Stiffness, Stiffnesses, table_of
 from ksl.model.model import Model
 from ksl.model.poses_at_rest import Modes
 from ksl.motions.reading import read_motion
 from ksl.motions.signal.suspicions import suspicions_of_pose
 from ksl.output import whole_file
 from ksl.robot_files.loading import load
-from ksl.robot_files.stiffness_file import in_file, stiffnesses
 from ksl.small_motions.modes import modes
 
 SAMPLES = 200
@@ -76,7 +75,7 @@ def frequencies(
     *,
     pose: Mapping[str, Any] | ArrayLike | None = None,
     grid: Mapping[str, Sequence[float]] | None = None,
-    stiffness: Mapping[str, Stiffness] | str | os.PathLike[str] | None = None,
+    stiffness: Stiffnesses | None = None,
     gravity: bool = True,
     count: int = 6,
     samples: int = SAMPLES,
@@ -87,7 +86,7 @@ def frequencies(
     model: a model, or the robot's file.  motion: a file, or as of :func:`ksl.compute_loads`; `samples` of it at most, evenly spaced, are taken.
     pose: {joint: position}, rad or m, or q (nq); joints that are not named are at zero, or follow where loops close.
     grid: {joint: positions}, rad or m: every combination of them, with the other joints as `pose` says.
-    stiffness: as of :meth:`Model.modes`, or a TOML file of a table for each joint; by default that of the model.  gravity: as there.
+    stiffness: as of :meth:`Model.modes`; by default that of the model.  gravity: as there.
     count: so many frequencies of each pose.  reading: arguments of :func:`ksl.read_motion`.
 
     Raises MotionError, DescriptionError or ValueError.  Each pose costs what :meth:`Model.modes` does.
@@ -100,12 +99,7 @@ def frequencies(
         if isinstance(x, bool) or not isinstance(x, (int, np.integer)) or x < 1:
             raise ValueError(f"{name}={x!r}; expected a number, 1 or more")
     poses = _poses(robot, motion, pose, grid, samples, reading or {})
-    if stiffness is None or isinstance(stiffness, Mapping):
-        return _found(robot, poses, stiffness, gravity, count)
-    given = stiffnesses(stiffness)
-    with in_file(stiffness):
-        flexibilities_of(robot, given)  # judged here: other errors are not the file's
-    return _found(robot, poses, given, gravity, count)
+    return _found(robot, poses, table_of(robot, stiffness), gravity, count)
 
 
 def _found(model: Model, poses: _Poses, stiffness: Mapping[str, Stiffness] | None, gravity: bool, count: int) -> Frequencies:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -12,7 +10,7 @@ from ksl.base.finite_results import require_finite
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.loops import one_position
 from ksl.mechanism.states import Array
-from ksl.mechanism.stiffness import Stiffness
+from ksl.mechanism.stiffness import Stiffnesses, table_of
 from ksl.model.poses_at_rest import Modes
 from ksl.small_motions.directions import cross
 from ksl.small_motions.elastic import Elastic, elastic, factors_of, falls, flexibilities
@@ -25,10 +23,10 @@ NO_MASS = 1e-13
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
-def modes(model: Calls, q: ArrayLike, stiffness: Mapping[str, Stiffness] | None = None, gravity: bool = True) -> Modes:
+def modes(model: Calls, q: ArrayLike, stiffness: Stiffnesses | None = None, gravity: bool = True) -> Modes:
     """See :meth:`ksl.Model.modes`."""
     at, weight = one_position(model, q), given.flag(gravity, "gravity") and bool(model.gravity.any())
-    flexible = flexibilities(model, stiffness, at if weight else None)
+    flexible = flexibilities(model, table_of(model, stiffness), at if weight else None)
     if weight and (name := falls(model, flexible)):
         raise ValueError(f"{name} holds nothing, so that no pose is at rest under weight: gravity=False, a stiffness of {name}, or with_frozen_joints")
     body = elastic(model, at, flexible)

@@ -14,8 +14,8 @@ import numpy as np
 
 from ksl.base.errors import CaseError, MotionError, SweepError, near_names
 from ksl.base.toml_files import read_toml
-from ksl.load_cases.simulate_keys import simulated_of
-from ksl.load_cases.simulated import Simulated
+from ksl.load_cases.case_files.simulate_keys import simulated_of
+from ksl.load_cases.case_files.simulated import Simulated
 from ksl.motions.reading_options import check_options
 
 KINDS = {

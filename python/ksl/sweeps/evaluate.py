@@ -23,7 +23,7 @@ from ksl.load_cases.summary_table import PEAKS
 from ksl.load_cases.undetermined import Undetermined
 from ksl.mechanism.mechanism import Joint
 from ksl.motions.motion import Motion
-from ksl.sizing.components import read_components
+from ksl.sizing.catalogue.components import read_components
 from ksl.sweeps.description import Sweep, described
 from ksl.sweeps.given_model import GivenModel
 from ksl.sweeps.joint_summaries import Peaks
@@ -56,7 +56,7 @@ class Plan:
 
     @property
     def key(self) -> str:
-        """The same for equal plans."""
+        """A name that equal plans share."""
         return repr(self)
 
     @property
@@ -155,7 +155,7 @@ class Evaluator:
 
     def _utilisations(self, wrenches: pa.Table) -> dict[str, Any]:
         """The largest utilisation of each joint's components, and of which component and figure it is."""
-        from ksl.sizing.compute_sizing import size
+        from ksl.sizing.joints.compute_sizing import size
 
         worst: dict[str, Figure] = {}
         sizing = size(wrenches, self._components)
@@ -243,7 +243,7 @@ def portable_files(inputs: Sequence[InputFile]) -> list[InputFile]:
 
 
 def portable(inputs: Sequence[InputFile]) -> list[dict[str, Any]]:
-    """The same as values that JSON can hold."""
+    """The files without folders, as values that JSON can hold."""
     return [asdict(f) for f in portable_files(inputs)]
 
 

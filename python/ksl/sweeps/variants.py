@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ksl.base.errors import SweepError
-from ksl.load_cases.simulated import samples_of, simulated_motion
+from ksl.load_cases.case_files.simulated import samples_of, simulated_motion
 from ksl.mechanism.lengths import extent, far, far_point, strong_gravity
 from ksl.robot_files.loading import load
 from ksl.model.model import Model

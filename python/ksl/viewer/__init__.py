@@ -3,6 +3,6 @@
 `scene` computes what there is to see, once for all samples; `live`, `export` and `still` draw it.
 
 Files: `scene.py`: poses and wrenches of all samples at once; `visuals.py`, `shapes.py`: surfaces of links; `scene_tree.py`: the scene in viser's tree,
-`live.py` and `export.py`: its page and its file; `gate.py`: who may open the page; `still.py`: figures of plotly; `results_scene.py`, `results_wrenches.py`:
+`live.py`, `controls.py` and `export.py`: its page, the panel in it, and its file; `gate.py`: who may open the page; `still.py`: figures of plotly; `results_scene.py`, `results_wrenches.py`:
 motions and results; `notebook.py`: models in notebooks.
 """

@@ -1,4 +1,4 @@
-"""The live page: a server of viser on this machine, with sliders, playback and a readout."""
+"""The live page: a server of viser on this machine, with playback and controls."""
 
 from __future__ import annotations
 
@@ -7,55 +7,49 @@ import sys
 import threading
 import time as clock
 import webbrowser
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.base.markup import html
 from ksl.base.real_arrays import real_array
+from ksl.mechanism.loops import one_position
 from ksl.mechanism.requests import core_of
-from ksl.mechanism.states import Array, External, Part, Side, argument_rows
-from ksl.viewer.closing import Reached, led_coordinates, moved_to
-from ksl.viewer.labels import labels
-from ksl.viewer.readout import Choice, OfLink, readout
+from ksl.mechanism.states import Array, External, argument_rows
+from ksl.viewer.controls import Controls
 from ksl.viewer.scene import Scene, make_scene, of_all
-from ksl.viewer.scene_tree import Shown, Stage, legend, utilisation_legend
+from ksl.viewer.shape_scene import scenes_of_modes
+from ksl.viewer.scene_tree import Shown, Stage
 from ksl.viewer.viser_server import start_server, stop_server
 
 if TYPE_CHECKING:
-    import viser
-
     from ksl.mechanism.calls import Calls
+    from ksl.model.poses_at_rest import Modes
 
 FRAMES = 30
 """States that playback shows in a second."""
-
-SLIDER_RATE = 5
-"""How often in a second the sliders of joints follow the playback."""
-
-NOTE = "padding:0 0.9em 0.6em;font-size:0.8em;font-style:italic;overflow-wrap:anywhere"
-"""Style of sentences of ours, with names from files in them, in the panel."""
-
-SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4", "8")
 
 
 class Viewer:
     """A page that shows a scene, until it is closed or the program ends.  In a notebook it is shown in its place."""
 
-    def __init__(self, scene: Scene, port: int | None = None, joint: str | None = None) -> None:
+    def __init__(self, scene: Scene, port: int | None = None, joint: str | None = None, scenes: Mapping[str, Scene] = MappingProxyType({})) -> None:
         """Starts the server, on 127.0.0.1.
 
         port: of the page; None takes 8080, or if that is in use a free one.  joint: the one that is selected first,
-        by default that nearest to its limit.  Raises ViewerError where the extra ksl[view] is missing, or the port is in use.
+        by default that nearest to its limit.  scenes: of the same robot, {title: scene}, among which the page lets choose, `scene` being one of them; they
+        are played again and again, from the start.  Raises ViewerError where the extra ksl[view] is missing, or the port is in use.
         """
-        self.scene = self._recorded = scene
+        self.scene = self.recorded = scene
         self.sample = 0
-        self.playing = False
+        self.scenes = scenes
+        self.playing = bool(scenes)
         self._closed = threading.Event()
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
         selected = joint if joint is not None else scene.worst_joint()
         scene.joint_index(selected)  # refuses unknown names before anything starts
         self.page_errors: list[str] = []
@@ -63,7 +57,7 @@ class Viewer:
         self.server, self._url = start_server(port, scene.model.name, self._page_failed)
         self.shown = Shown(selected=selected)
         self.stage = Stage(self.server, scene, self.shown)
-        self.controls = _Controls(self)
+        self.controls = Controls(self)
         self._thread = threading.Thread(target=self._play, name="ksl viewer", daemon=True)
         self._thread.start()
 
@@ -74,27 +68,34 @@ class Viewer:
 
     def show(self, sample: int | None = None, scene: Scene | None = None) -> None:
         """Shows another state, of the recorded motion unless another scene of the robot is given."""
-        with self._lock:
-            self.scene = self._recorded if scene is None else scene
+        with self.lock:
+            self.scene = self.recorded if scene is None else scene
             self.sample = len(self.scene.time) - 1 if sample is not None and sample < 0 else min(sample or 0, len(self.scene.time) - 1)
             self.stage.show(self.scene, self.sample)
             self.controls.follow()
 
+    def choose(self, title: str) -> None:
+        """Plays another one of `scenes`."""
+        with self.lock:
+            self.recorded = self.scenes[title]
+            self.playing = True
+            self.show(0)
+
     def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: External | None = None) -> None:
         """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
         wrenches: External = (
-            {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
+            {name: w[self.sample if self.scene is self.recorded else 0] for name, w in self.scene.external.items()} if external is None else external
         )
         self.playing = False
-        self.show(0, make_scene(self._recorded.model, q, v, a, external=wrenches, look=self._recorded.look))
+        self.show(0, make_scene(self.recorded.model, q, v, a, external=wrenches, look=self.recorded.look))
 
     def play(self, speed: float | None = None) -> None:
         """Plays the motion from the state that is shown, or from the start if that is the last; speed 1 is real time."""
         if speed is not None:
             self.controls.set_speed(speed)
-        if self.scene is not self._recorded or self.sample == len(self._recorded.time) - 1:
+        if self.scene is not self.recorded or self.sample == len(self.recorded.time) - 1:
             self.show(0)
-        self.playing = len(self._recorded.time) > 1
+        self.playing = len(self.recorded.time) > 1
 
     def open(self) -> bool:
         """Opens the page in the browser of this machine; false if there is none."""
@@ -107,7 +108,7 @@ class Viewer:
         """Writes the recorded scene into one file; see `ksl.viewer.export.export`."""
         from ksl.viewer.export import export
 
-        return export(self._recorded, path, joint=self.shown.selected)
+        return export(self.recorded, path, joint=self.shown.selected)
 
     def wait(self) -> None:
         """Returns when the viewer is closed, or at Ctrl-C."""
@@ -148,280 +149,19 @@ class Viewer:
         at = 0.0
         while not self._closed.wait(1 / FRAMES):
             now = clock.perf_counter()
-            times = self._recorded.time
+            times = self.recorded.time
             if not self.playing:
-                last, at = now, float(times[self.sample if self.scene is self._recorded else 0])
+                last, at = now, float(times[self.sample if self.scene is self.recorded else 0])
                 continue
             at += (now - last) * self.controls.speed
             last = now
             sample = int(np.searchsorted(times, at, side="right")) - 1
-            if sample >= len(times) - 1:
+            if sample >= len(times) - 1 and self.scenes:
+                sample, at = 0, float(times[0])
+            elif sample >= len(times) - 1:
                 sample, self.playing = len(times) - 1, False
             if sample != self.sample or not self.playing:
                 self.show(sample)
-
-
-class _Controls:
-    """The panel beside the picture."""
-
-    def __init__(self, viewer: Viewer) -> None:
-        self._viewer, self._gui, scene = viewer, viewer.server.gui, viewer.scene
-        self._speed: Any = None
-        self._time: Any = cast(Any, None)
-        self._following = False
-        self._followed = 0.0
-        self._gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
-        self._gui.main_panel.dock_right()
-        if len(scene.time) > 1:
-            self._add_playback(scene)
-        self._add_joint(scene)
-        self._add_toggles(scene)
-        self._add_sliders(scene)
-        self.follow()
-
-    @property
-    def speed(self) -> float:
-        return float(self._speed.value)
-
-    def set_speed(self, speed: float) -> None:
-        """Playback at one of `SPEEDS`, or the nearest of them."""
-        self._speed.value = min(SPEEDS, key=lambda s: abs(float(s) - speed))
-
-    def follow(self) -> None:
-        """Brings readout, time line and sliders to the state that is shown."""
-        viewer, scene = self._viewer, self._viewer.scene
-        self._following = True
-        try:
-            self._readout.content = self._text()
-            if self._led is not None:
-                self._say("")
-            if self._time is not None:
-                if scene is viewer._recorded:
-                    self._time.value = float(scene.time[viewer.sample])
-                self._play.label = "Pause" if viewer.playing else "Play"
-            now = clock.perf_counter()
-            if not viewer.playing or now - self._followed > 1 / SLIDER_RATE:
-                self._followed = now
-                q = scene.q[viewer.sample]
-                for index, slider in self._sliders.items():
-                    if slider.value != round(float(q[index]), 6):
-                        slider.value = float(np.clip(round(float(q[index]), 6), slider.min, slider.max))
-        finally:
-            self._following = False
-
-    def _by_hand(self, event: Any) -> bool:
-        """Whether somebody moved a control in the page, rather than this program."""
-        return event.client is not None and not self._following
-
-    # ------------------------------------------------------------------------------------------------------- playback
-
-    def _add_playback(self, scene: Scene) -> None:
-        start, end = float(scene.time[0]), float(scene.time[-1])
-        with self._gui.add_folder("Playback"):
-            self._play: Any = self._gui.add_button("Play")
-            self._time = self._gui.add_slider("time, s", start, end, step=max((end - start) / 5000, 1e-6), initial_value=start)
-            self._speed = self._gui.add_dropdown("speed", SPEEDS, initial_value="1")
-            self._worst: Any = self._gui.add_button("Largest effort of the selected joint")
-
-        self._play.on_click(self._play_or_pause)
-        self._time.on_update(self._scrub)
-        self._worst.on_click(self._show_worst)
-
-    def _play_or_pause(self, _: Any) -> None:
-        viewer = self._viewer
-        if viewer.playing:
-            viewer.playing = False
-            self.follow()
-        else:
-            viewer.play()
-
-    def _scrub(self, event: Any) -> None:
-        """Shows the sample nearest to the time that was chosen by hand."""
-        viewer = self._viewer
-        if self._by_hand(event):
-            viewer.playing = False
-            viewer.show(int(np.argmin(np.abs(viewer._recorded.time - self._time.value))))
-
-    def _show_worst(self, _: Any) -> None:
-        self._viewer.playing = False
-        self._viewer.show(self._viewer._recorded.worst_sample(self._viewer.shown.selected))
-
-    # --------------------------------------------------------------------------------------------------------- readout
-
-    def _add_joint(self, scene: Scene) -> None:
-        names = [j.name for j in scene.joints]
-        self._joints = dict(zip(labels(names, "joint"), names, strict=True))
-        self._links = {label: OfLink(i) for i, label in enumerate(labels(scene.model.link_names, "link", ("joint", "world", "offset")))}
-        links = list(self._links)
-        selected = next(label for label, name in self._joints.items() if name == self._viewer.shown.selected)
-        with self._gui.add_folder("Selected joint"):
-            self._selected = self._gui.add_dropdown("joint", list(self._joints), initial_value=selected)
-            self._part = self._gui.add_dropdown(
-                "part",
-                ["total", "constraint", "actuation"],
-                initial_value="total",
-                hint="What the structure carries, what acts along the joint's motion, or both",
-            )
-            self._axes = self._gui.add_dropdown("axes", ["joint", "world", *links], initial_value="joint")
-            self._at = self._gui.add_dropdown(
-                "point",
-                ["joint", "world", "offset", *links],
-                initial_value="joint",
-                hint="That moments are about; offset: from the joint's origin, in its axes",
-            )
-            self._offset = self._gui.add_vector3("offset, m", (0.0, 0.0, 0.0), step=0.001, visible=False)
-            self._on = self._gui.add_dropdown("acts on", ["child", "parent"], initial_value="child")
-            self._readout = self._gui.add_markdown("")
-        for control in (self._selected, self._part, self._axes, self._at, self._offset, self._on):
-            control.on_update(self._choose)
-
-    def _choose(self, _: Any) -> None:
-        self._viewer.shown.selected = self._joints[self._selected.value]
-        self._offset.visible = self._at.value == "offset"
-        self._redraw()
-
-    @property
-    def choice(self) -> Choice:
-        """How the readout expresses the wrench."""
-        x, y, z = self._offset.value
-        at: Any = (float(x), float(y), float(z)) if self._at.value == "offset" else self._links.get(self._at.value, self._at.value)
-        return Choice(cast(Side, self._on.value), at, self._links.get(self._axes.value, cast(Any, self._axes.value)), cast(Part, self._part.value))
-
-    def _text(self) -> str:
-        viewer = self._viewer
-        text = readout(viewer.scene, viewer.sample, viewer.shown.selected, self.choice)
-        return text if viewer.scene.v.any() or viewer.scene.a.any() else f"{text}  \nat rest in this pose"
-
-    # --------------------------------------------------------------------------------------------------------- toggles
-
-    def _add_toggles(self, scene: Scene) -> None:
-        shown, gui = self._viewer.shown, self._gui
-        with gui.add_folder("Show"):
-            names = {"moving joints": "moving", "selected joint": "", "all joints": "all", "no joint": "none"}
-            at = gui.add_dropdown("wrenches of", list(names), initial_value="moving joints")
-
-            @at.on_update
-            def _(_: Any) -> None:
-                self._only_selected = at.value == "selected joint"
-                shown.wrenches = names[at.value] or shown.selected
-                self._redraw()
-
-            self._only_selected = False
-            self._toggle("forces", "forces")
-            self._toggle("moments", "moments")
-            factor = gui.add_slider("length of arrows", 0.1, 5.0, step=0.1, initial_value=1.0)
-            self._legend = gui.add_markdown(self._legend_text())
-
-            @factor.on_update
-            def _(_: Any) -> None:
-                shown.arrow_factor = factor.value
-                self._legend.content = self._legend_text()
-                self._redraw()
-
-            self._toggle("link and joint frames", "frames")
-            self._toggle("joint axes and names", "joints")
-            self._toggle("centre of mass", "centre_of_mass")
-            if scene.placed:
-                self._toggle("external wrenches", "external")
-            self._toggle("screw axis of the selected joint's link", "screw_axis")
-            colours = self._toggle("colours by utilisation", "utilisation")
-            key = gui.add_markdown("  \n".join(_line(c, text) for c, text in utilisation_legend()) + "  \ngrey: no limit in the file", visible=False)
-
-            @colours.on_update
-            def _(_: Any) -> None:
-                key.visible = colours.value
-
-            for note in scene.look.notes[:5]:
-                gui.add_html(f'<div style="{NOTE}">{html(note)}</div>')
-
-    def _toggle(self, words: str, name: str) -> viser.GuiCheckboxHandle:
-        shown = self._viewer.shown
-        box = self._gui.add_checkbox(words, initial_value=getattr(shown, name))
-
-        @box.on_update
-        def _(_: Any) -> None:
-            setattr(shown, name, box.value)
-            self._redraw()
-
-        return box
-
-    def _legend_text(self) -> str:
-        return "  \n".join(_line(c, text) for c, text in legend(self._viewer.scene, self._viewer.shown.arrow_factor))
-
-    def _redraw(self) -> None:
-        viewer = self._viewer
-        with viewer._lock:
-            if self._only_selected:
-                viewer.shown.wrenches = viewer.shown.selected
-            viewer.stage.show(viewer.scene, viewer.sample)
-            self._readout.content = self._text()
-
-    # --------------------------------------------------------------------------------------------------------- sliders
-
-    def _add_sliders(self, scene: Scene) -> None:
-        self._sliders: dict[int, Any] = {}
-        self._led = led_coordinates(scene.model, scene.q[0]) if scene.model.loops else None
-        with self._gui.add_folder("Joints"):
-            for index, label, low, high in coordinates(scene, self._led):
-                value = float(np.clip(scene.q[0, index], low, high))
-                slider = self._gui.add_slider(label, low, high, step=max(1e-4, round((high - low) / 5000, 6)), initial_value=round(value, 6))
-                self._sliders[index] = slider
-                slider.on_update(self._pose_by_hand)
-            if scene.model.loops:
-                self._said = self._gui.add_html("")
-
-    def _pose_by_hand(self, event: Any) -> None:
-        if not self._by_hand(event):
-            return
-        with self._viewer._lock:
-            q: Array = self._viewer.scene.q[self._viewer.sample].copy()
-            for index, slider in self._sliders.items():
-                if slider is event.target:
-                    if self._led is not None:
-                        self._lead(q, index, slider)
-                        return
-                    q[index] = slider.value
-            self._viewer.update(q)
-
-    def _lead(self, q: Array, index: int, slider: Any) -> None:
-        """Moves a mechanism with loops as far as it follows a slider, and says why where it doesn't."""
-        assert self._led is not None
-        reached: Reached = moved_to(self._viewer.scene.model, q, index, float(slider.value), self._led)
-        wanted = f"{slider.label}: {slider.value:.4g} is not reached ({reached.reason}); shown is the last closed position before it"
-        self._viewer.update(reached.q)
-        self._say("" if reached.reason == "closed" else wanted)
-
-    def _say(self, text: str) -> None:
-        """Below the sliders: what a slider did not reach, or why there are no wrenches."""
-        said = text or self._viewer.scene.unloaded
-        content = f'<div style="{NOTE}">{html(said)}</div>' if said else ""
-        if self._said.content != content:
-            self._said.content = content
-
-
-def coordinates(scene: Scene, led: Collection[int] | None = None) -> list[tuple[int, str, float, float]]:
-    """Index in q, label, and range of each number that a slider moves: all but quaternions; of mechanisms with loops those that are led.
-
-    The limits of the file; where it gives none, a turn to either side, or the size of the scene.
-    """
-    from ksl.mechanism.joint_kinds import columns_of, units_of
-
-    found = []
-    for joint in scene.model.joints:
-        columns = columns_of(joint)[0] if joint.nq else []
-        for k, (column, unit) in enumerate(zip(columns, units_of(joint)[0])):
-            if not unit:
-                continue
-            lower, upper = joint.limits[k] if k < len(joint.limits) else (None, None)
-            reach = max(1.0, float(np.ceil(scene.size))) if unit == "m" else float(np.pi)
-            low, high = -reach if lower is None else lower, reach if upper is None else upper
-            if low < high and (led is None or joint.q_index + k in led):
-                found.append((joint.q_index + k, f"{column}, {unit}", float(low), float(high)))
-    return found
-
-
-def _line(colour: tuple[int, int, int] | None, text: str) -> str:
-    return text if colour is None else f'<span style="color:rgb{colour}">■</span> {text}'
 
 
 def show(
@@ -436,11 +176,21 @@ def show(
     port: int | None = None,
     package_paths: Sequence[str | os.PathLike[str]] = (),
     browser: bool | None = None,
+    modes: Modes | None = None,
 ) -> Viewer:
     """Opens a page that shows a model; see `Model.show`."""
+    scenes: dict[str, Scene] = {}
+    if modes is not None:
+        given = {"v": v, "a": a, "time": time, "external": external}
+        for name in (name for name, x in given.items() if x is not None):
+            raise ValueError(f"{name} and modes: shapes of modes are shown about a pose at rest; leave out {name}")
+        if q is None:
+            raise ValueError("modes without q: give the pose that they are the modes of")
+        scenes = scenes_of_modes(model, one_position(model, q), modes, package_paths)
     if time is not None and q is not None and (v is None or a is None):
         v, a = _differentiated(model, np.asarray(real_array(time, "time"), dtype=float), argument_rows(q, "q", model.nq, core_of(model)), v, a)
-    viewer = Viewer(make_scene(model, q, v, a, time, external, package_paths=package_paths), port, joint)
+    scene = next(iter(scenes.values())) if scenes else make_scene(model, q, v, a, time, external, package_paths=package_paths)
+    viewer = Viewer(scene, port, joint, scenes)
     if browser or (browser is None and not _in_notebook()):
         viewer.open()
     return viewer

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ksl.load_cases.results_model import external_of_results
+from ksl.load_cases.case_files.results_model import external_of_results
 from ksl.load_cases.results_table import Results, motion_of_results
 from ksl.mechanism.states import Array
 from ksl.viewer.results_wrenches import with_wrenches

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.load_cases.results_model import DIFFERENT
+from ksl.load_cases.case_files.results_model import DIFFERENT
 from ksl.load_cases.results_table import JointWrench
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.requests import WORLD

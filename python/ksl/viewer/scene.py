@@ -34,6 +34,9 @@ axis, and the centre of mass."""
 LOOP = (0, 128, 128)
 """The colour of joints that close loops, and of the gap between their sides."""
 
+ELEMENT = (120, 95, 40)
+"""The colour of springs, dampers and cylinders between points of two links."""
+
 LOOKED_AT = 24
 """States, evenly spread, in which a camera is to see all links."""
 
@@ -88,7 +91,7 @@ class Scene:
 
     @cached_property
     def joints(self) -> tuple[Joint | Loop, ...]:
-        """Those of the tree, and then those that close loops."""
+        """The joints of the tree, and then the joints that close loops."""
         return *self.model.joints, *self.model.loops
 
     @cached_property
@@ -137,7 +140,7 @@ class Scene:
 
     def bounds(self, sample: int) -> tuple[Array, Array]:
         """Corners (3) of the box about all links in one state, m."""
-        parts = [self.poses[sample, :, :3, 3]]
+        parts = [self.poses[sample, :, :3, 3], self.force_elements(sample).reshape(-1, 3)]
         for i, name in enumerate(self.model.link_names):
             pose = self.poses[sample, i]
             parts += [s.vertices[:: max(1, len(s.vertices) // 500)] @ pose[:3, :3].T + pose[:3, 3] for s in self.look.shapes.get(name, [])]
@@ -191,6 +194,15 @@ class Scene:
         start, end = self.predecessors[sample], self.origins[sample, len(self.model.joints) :]
         is_open = open_loops(self.model, self.q[sample]) if self.unloaded else np.zeros(len(start), dtype=bool)
         return np.stack([np.where(is_open[:, None], start, end), end], axis=1)
+
+    def force_elements(self, sample: int) -> Array:
+        """Segments (elements, 2, 3) from one point of a spring, damper or cylinder to the other."""
+        index = {name: i for i, name in enumerate(self.model.link_names)}
+        ends = [
+            [self.poses[sample, index[link]] @ [*point, 1.0] for link, point in ((of.link1, of.point1), (of.link2, of.point2))]
+            for of in self.model.force_elements
+        ]
+        return np.array(ends).reshape(-1, 2, 4)[..., :3] if ends else np.zeros((0, 2, 3))
 
     def _bare(self, link: str) -> bool:
         return link not in self.look.shapes or link in self.look.ellipsoids

@@ -11,7 +11,7 @@ import numpy as np
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.mechanism.states import Array
 from ksl.viewer.labels import labels
-from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves, sizes
+from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, ELEMENT, EXTERNAL, LOOP, SCREW, Scene, has_axis, moves, sizes
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
 from ksl.viewer.still import LEVELS, link_colours
 
@@ -75,6 +75,7 @@ class Stage:
         self._all_axes = self._segments("/mechanism/joint_axes", self._axis_segments(scene, 0), (50, 55, 64), 3.0)
         self._loops = self._segments("/mechanism/loops", scene.loop_marks(0), LOOP, 5.0)
         self._gaps = self._segments("/mechanism/gaps", scene.loop_gaps(0), LOOP, 1.5)
+        self._elements = self._segments("/mechanism/force_elements", scene.force_elements(0), ELEMENT, 4.0)
         self._labels = [
             self._tree.add_label(f"/joints/{node}", label, visible=False) for node, label in zip(_nodes(joints, "joint"), self._shown_joints, strict=True)
         ]
@@ -141,7 +142,14 @@ class Stage:
         return np.stack([origin - 0.07 * scene.size * direction, origin + 0.07 * scene.size * direction], axis=1)
 
     def _show_lines(self, scene: Scene, sample: int) -> None:
-        for node, segments in ((self._bones, scene.bones), (self._axes, scene.axes), (self._loops, scene.loop_marks), (self._gaps, scene.loop_gaps)):
+        lines = (
+            (self._bones, scene.bones),
+            (self._axes, scene.axes),
+            (self._loops, scene.loop_marks),
+            (self._gaps, scene.loop_gaps),
+            (self._elements, scene.force_elements),
+        )
+        for node, segments in lines:
             if node is not None:
                 _set(node, "points", _f4(segments(sample)))
         if self._all_axes is not None:
@@ -259,6 +267,9 @@ def legend(scene: Scene, factor: float = 1.0) -> list[tuple[tuple[int, int, int]
     lines: list[tuple[tuple[int, int, int] | None, str]] = [(CONSTRAINT, "what the structure carries"), (ACTUATION, "what the drive exerts")]
     lines += [(EXTERNAL, "external wrenches")] if scene.placed else []
     lines += [(LOOP, "joints that close loops")] if scene.model.loops else []
+    if scene.model.force_elements:
+        acts = "" if "force elements" in scene.model.physics else ", which don't act: physics doesn't name force elements"
+        lines.append((ELEMENT, f"springs, dampers and cylinders between points{acts}"))
     return [*lines, (None, f"one head: force, 1 m is {force:.6g} N"), (None, f"two heads: moment, 1 m is {moment:.6g} N m")]
 
 

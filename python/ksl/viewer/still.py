@@ -12,7 +12,7 @@ from ksl.base.markup import plotly
 from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.mechanism.states import Array
-from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, LOOP, Scene, child_of, scale_of
+from ksl.viewer.scene import ACTUATION, CONSTRAINT, ELEMENT, EXTERNAL, LOOP, Scene, child_of, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
 
 TRIANGLES = 4000
@@ -25,6 +25,7 @@ BONE: Colour = (0.45, 0.48, 0.52)
 AXIS: Colour = (0.2, 0.22, 0.25)
 """The colour of rods between joints, and of joint axes."""
 LOOP_MARK: Colour = (LOOP[0] / 255, LOOP[1] / 255, LOOP[2] / 255)
+OF_ELEMENT: Colour = (ELEMENT[0] / 255, ELEMENT[1] / 255, ELEMENT[2] / 255)
 
 LEVELS = ((0.5, (0.35, 0.65, 0.4)), (0.8, (0.9, 0.72, 0.2)), (1.0, (0.93, 0.45, 0.13)), (np.inf, (0.8, 0.15, 0.15)))
 """Colours of links by the utilisation of the joint that carries them: up to half of the limit, 80 %, the limit, and beyond."""
@@ -84,8 +85,10 @@ def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, t
 
 
 def _skeleton(scene: Scene, sample: int) -> list[Shape]:
-    """Rods between the origins of joints, and axes of joints, where links have no surface of their own."""
-    rods = [(scene.bones(sample), 0.004, BONE), (scene.axes(sample), 0.005, AXIS), (scene.loop_marks(sample), 0.005, LOOP_MARK)]
+    """Rods between the origins of joints, and axes of joints, where links have no surface of their own; joints that close loops, and force elements."""
+    rods = [
+        (scene.bones(sample), 0.004, BONE), (scene.axes(sample), 0.005, AXIS), (scene.loop_marks(sample), 0.005, LOOP_MARK), (scene.force_elements(sample), 0.004, OF_ELEMENT),
+    ]  # fmt: skip
     return [rod(start, end, radius * scene.size, colour) for segments, radius, colour in rods for start, end in segments]
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import warnings
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
+from ksl.base.limits import PICTURE
 from ksl.mechanism.mechanism import Link, Mechanism
 from ksl.robot_files.mesh_files import find_mesh, mesh_fault
 from ksl.mechanism.states import Array
@@ -234,7 +237,8 @@ def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
     except ImportError:
         return [], "meshes are not drawn: reading them needs the extra ksl[view] (pip install 'ksl[view]')"
     try:
-        loaded = trimesh.load_scene(path)
+        with _bounded_pictures():
+            loaded = trimesh.load_scene(path)
         parts = [part for part in loaded.dump() if isinstance(part, trimesh.Trimesh) and len(part.faces)]
     except ImportError as e:
         return [], f"{path.suffix} meshes are not drawn: reading them needs the package {e.name or 'pycollada'}"
@@ -245,6 +249,23 @@ def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
     for part in parts:
         part.merge_vertices(merge_tex=True, merge_norm=True)  # flat shading needs neither; a third of the numbers
     return [Shape(np.asarray(part.vertices, dtype=float), np.asarray(part.faces, dtype=np.int32), _mesh_colour(part)) for part in parts], None
+
+
+@contextmanager
+def _bounded_pictures() -> Iterator[None]:
+    """Pictures of materials that unpack to more are left out by trimesh, as those that it can't read; only colours of materials are drawn."""
+    try:
+        from PIL import Image
+    except ImportError:
+        yield
+        return
+    before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, PICTURE // 2  # Pillow warns from there on, and refuses twice as many
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            yield
+    finally:
+        Image.MAX_IMAGE_PIXELS = before
 
 
 def _mesh_colour(mesh: object) -> Colour:

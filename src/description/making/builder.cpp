@@ -1,4 +1,8 @@
 // The builder: links and joints as a program gives them, checked as they come.
+//
+//     at once              names, numbers, axes, limits, physics; the links of a joint are there
+//     description()        the tree, loops and drives, leaders of mimic joints, inertias
+//     build(), model_of    masses of links that move, with payloads
 #include "ksl/builder.hpp"
 
 #include "description/structure/check.hpp"
@@ -157,6 +161,7 @@ void set_axes(const std::string &who, const joint_kind_row &row, const joint_opt
 }
 
 /// Adds an item to the list and to the index of names; to neither if memory runs out.
+/// So a call of the builder that throws leaves the robot as it was.
 template <class Item> void append(std::vector<Item> &items, Item item, std::map<std::string, int> &index) {
   items.push_back(std::move(item));
   try {

@@ -1,4 +1,12 @@
 // Chains of links from tables of Denavit–Hartenberg parameters.
+//
+// From the frame of row i − 1 to that of row i, Rx(α, a) being a rotation by α about x and a displacement by a along it, and Rz(θ, d) likewise,
+//
+//     standard    Rz(θ, d) Rx(α, a)    joint i is about z of frame i − 1     (Denavit and Hartenberg 1955)
+//     modified    Rx(α, a) Rz(θ, d)    joint i is about z of frame i         (Craig, Introduction to Robotics)
+//
+// θ of joints that turn and d of those that slide are where the joint is at zero.  What comes before the joint's motion is the joint's placement, and
+// what comes behind it is the pose of the row's frame in the child: in the standard convention the row's link, welded to a massless one.
 #include "ksl/builder.hpp"
 
 #include "ksl/engine/model/joints.hpp"

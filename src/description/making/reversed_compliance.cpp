@@ -12,6 +12,7 @@ namespace {
 
 using matrix = std::array<double, 36>;
 
+// cos 1 + sin ũ + (1 − cos) u uᵀ (Rodrigues), in columns
 SE3<double> turn_about(const vec3<double> &u, double angle) {
   const double c = std::cos(angle), s = std::sin(angle), k = 1 - c;
   return {{k * u.x * u.x + c, k * u.x * u.y + s * u.z, k * u.x * u.z - s * u.y, k * u.x * u.y - s * u.z,
@@ -41,6 +42,8 @@ bool are_equal(const matrix &A, const matrix &B) {
 }
 
 /// Is it the same at every position of the joint, seen from either side?
+/// One position tells all: what a rotation by 1 rad leaves as it is, so do its powers, which come near to any rotation, 1 being no rational part of
+/// 2π; and along a slide C changes as a polynomial, which is constant if all whole numbers have the same value.
 bool stays(const matrix &C, const joint_description &joint) {
   const joint_kind_row row = row_of(joint.kind);
   const vec3<double> u = axis_of(joint);
@@ -57,8 +60,8 @@ void reverse_compliance(robot_description &robot, const joint_description &joint
   if (of == robot.compliances.end())
     return;
   if (row_of(joint.kind).nv == 0)
-    of->matrix = moved(of->matrix, joint.placement);
-  else if (!stays(of->matrix, joint))
+    of->matrix = moved(of->matrix, joint.placement), of->loose = moved(of->loose, joint.placement);
+  else if (!stays(of->matrix, joint) || !stays(of->loose, joint))
     surgery::refuse(
         "joint " + joint.name + " would have to be reversed to make link " + link +
         " the root, and its stiffness, which moves with its child, would depend on its position then; give stiffnesses that are "

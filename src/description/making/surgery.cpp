@@ -43,6 +43,11 @@ bool is_identity(const SE3<double> &D) {
 vec3<double> negative(const vec3<double> &v) { return {-v.x, -v.y, -v.z}; }
 
 /// Reverses a joint.  If it has an axis, it also adds the weld to the link that was the joint's parent (with_root).
+///
+///     before   parent ──placement──→ [joint: axis u] child
+///     after    child ──[joint: axis −u]──→ NAME_frame ──placement⁻¹, welded──→ parent
+///
+/// The joint's frame is the child's, so that it comes first now, and its placement behind it.  With −u positions keep their meaning.
 void reverse(robot_description &robot, int j) {
   joint_description &joint = robot.joints[index(j)];
   SE3<double> back; // of the parent link in the joint's frame
@@ -66,6 +71,9 @@ void reverse(robot_description &robot, int j) {
 
 /// Refuses a joint that can't be reversed: only a screw motion about one axis is, reversed, the same motion about the opposite axis.
 void check_reversible(const joint_description &joint, const std::string &link) {
+  if (joint.is_rotor)
+    refuse("link " + quoted(link) + " is the rotor of joint " + (joint.mimic ? joint.mimic->joint : joint.name) +
+           ", on which a robot can't stand; take another link for the root");
   const joint_kind_row row = row_of(joint.kind);
   if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))
     return;
@@ -148,11 +156,29 @@ void add_line(std::vector<std::string> &lines, const std::string &line) {
     lines.push_back(line);
 }
 
+bool is_of_ground(const joint_compliance &of) { return of.joint.empty(); }
+
+/// A stiffness of the ground's joint is that of what a root stands on, which a robot with another root doesn't have.
+std::string left_stiffness(const std::string &root, const std::string &now) {
+  return "the stiffness of the joint that fixes link " + quoted(root) + " to the ground is left out: " + now +
+         "; give that joint a stiffness if it gives way: with_stiffness in Python, with_compliances in C++";
+}
+
+/// The ground's joint is rigid again, and carries another root.  Returns what to say of it, if it had a stiffness.
+std::vector<std::string> free_ground(robot_description &robot, const std::string &old_root, const std::string &root) {
+  if (std::erase_if(robot.compliances, is_of_ground) == 0)
+    return {};
+  return {left_stiffness(old_root, "the ground carries link " + quoted(root))};
+}
+
 } // namespace
 
 robot_description with_root(const robot_description &robot, const std::string &link) {
-  check_tree(robot);
+  const int old_root = check_tree(robot);
   robot_description out = robot;
+  //     old root ─→ a ─→ b ─→ link         becomes        link ─→ b ─→ a ─→ old root
+  //
+  // Branches beside this path stay as they are: their joints lead away from both roots.
   std::vector<int> path; // from the new root up to the old one
   const std::vector<int> above = joints_above(robot);
   for (int l = find_link(robot, link); above[index(l)] >= 0; l = robot.joints[index(path.back())].parent)
@@ -163,6 +189,9 @@ robot_description with_root(const robot_description &robot, const std::string &l
     reverse_compliance(out, robot.joints[index(j)], link);
     reverse(out, j);
   }
+  if (!path.empty())
+    for (const std::string &line : free_ground(out, robot.links[index(old_root)].name, link))
+      add_line(out.warnings, line);
   return out;
 }
 
@@ -181,6 +210,10 @@ robot_description with_payload(const robot_description &robot, const std::string
   return out;
 }
 
+// Links and joints of both, one list behind the other: index i of `other` becomes links + i.  Its root hangs on a new joint, the mount.
+//
+//     links     robot: 0 … links − 1  |  other: links …
+//     joints    robot                 |  mount  |  other
 robot_description merged(const robot_description &robot, const robot_description &other, const std::string &parent_link,
                          const SE3<double> &pose, const std::string &prefix) {
   if (robot.gravity != other.gravity)
@@ -199,6 +232,7 @@ robot_description merged(const robot_description &robot, const robot_description
     return has_joint(robot, name) ||
            (name.compare(0, prefix.size(), prefix) == 0 && has_joint(other, name.substr(prefix.size())));
   });
+  const std::string mount_name = mount.name;
   out.joints.push_back(std::move(mount));
   for (link_description link : other.links) {
     link.name = prefix + link.name;
@@ -234,6 +268,7 @@ robot_description merged(const robot_description &robot, const robot_description
     of.link1 += links, of.link2 += links;
     out.force_elements.push_back(std::move(of));
   }
+  // where one of them names drives, those of a tree are all its joints that can have a motor
   out.drives = merged_drives(robot, other, prefix);
   out.drive_weights.clear();
   if (out.drives && (!robot.drive_weights.empty() || !other.drive_weights.empty()))
@@ -243,6 +278,11 @@ robot_description merged(const robot_description &robot, const robot_description
       out.drive_weights.insert(out.drive_weights.end(), weights.begin(), weights.end());
     }
   for (joint_compliance compliance : other.compliances) {
+    if (is_of_ground(compliance)) {
+      add_line(out.warnings, left_stiffness(prefix + other.links[index(root)].name,
+                                            "joint " + quoted(mount_name) + " carries that link"));
+      continue;
+    }
     compliance.joint = prefix + compliance.joint;
     out.compliances.push_back(std::move(compliance));
   }
@@ -254,9 +294,9 @@ robot_description merged(const robot_description &robot, const robot_description
 }
 
 robot_description subtree(const robot_description &robot, const std::string &link, const subtree_options &options) {
-  const int root = find_link(robot, link);
+  const int root = find_link(robot, link), old_root = check_tree(robot);
   const std::vector<int> above = joints_above(robot);
-  check_tree(robot);
+  // what the link carries, depth first
   std::vector<bool> belongs(robot.links.size(), false);
   std::vector<std::vector<int>> children(robot.links.size());
   for (const joint_description &joint : robot.joints)
@@ -270,6 +310,7 @@ robot_description subtree(const robot_description &robot, const std::string &lin
   robot_description out = robot;
   out.floating_base = robot.floating_base && above[index(root)] < 0;
   out.links.clear(), out.joints.clear(), out.warnings.clear();
+  // (old links): the index in the part, −1 for what stays behind
   std::vector<int> new_index(robot.links.size(), -1);
   for (std::size_t l = 0; l < robot.links.size(); ++l)
     if (belongs[l]) {
@@ -299,6 +340,9 @@ robot_description subtree(const robot_description &robot, const std::string &lin
   take_between_links(robot, new_index, link, options, out);
   keep_drives(out);
   out.warnings = check_inertias(out);
+  if (above[index(root)] >= 0)
+    for (const std::string &line : free_ground(out, robot.links[index(old_root)].name, link))
+      add_line(out.warnings, line);
   return out;
 }
 

@@ -7,6 +7,7 @@ namespace ksl::given {
 
 namespace {
 
+// Rz(yaw) Ry(pitch) Rx(roll), about fixed axes, x first, as URDF and SDF have them; in columns
 mat3x3<double> rotation_from_rpy(double roll, double pitch, double yaw) {
   const double cr = std::cos(roll), sr = std::sin(roll);
   const double cp = std::cos(pitch), sp = std::sin(pitch);
@@ -22,6 +23,7 @@ mat3x3<double> rotation_from_rpy(double roll, double pitch, double yaw) {
           cp * cr};
 }
 
+// 1 + 2 w ṽ + 2 ṽ², v = (x, y, z); a column in each line
 mat3x3<double> rotation_from_unit_quaternion(double x, double y, double z, double w) {
   return {1 - 2 * (y * y + z * z), 2 * (x * y + w * z),     2 * (x * z - w * y), //
           2 * (x * y - w * z),     1 - 2 * (x * x + z * z), 2 * (y * z + w * x), //
@@ -72,6 +74,7 @@ spatial_inertia<double> inertia_of(const given_inertia &inertia) {
 }
 
 vec3<double> direction_of(const vec3<double> &axis) {
+  // by the largest first: the squares of what is left neither overflow nor underflow together
   const double largest = std::max({std::fabs(axis.x), std::fabs(axis.y), std::fabs(axis.z)});
   const double x = axis.x / largest, y = axis.y / largest, z = axis.z / largest;
   const double norm = std::sqrt(x * x + y * y + z * z);

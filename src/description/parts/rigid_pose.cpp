@@ -52,6 +52,7 @@ SE3<double> rigid_pose(const std::string &what, const SE3<double> &pose) {
     text::refuse({}, 0,
                  what + " is a reflection, the determinant of its rotation is −1; exchange the sign of one axis");
   SE3<double> rigid = pose;
+  // it squares the error, ¾ E² for E = Rᵀ R − 1: 1e-6 becomes 1e-12, and then rounding
   if (off > 1e-14) // numbers of few digits, or of single precision
     rigid.R = nearer_rotation(nearer_rotation(rigid.R));
   return rigid;

@@ -107,6 +107,11 @@ std::vector<int> joints_above(const robot_description &robot) {
 
 /// Follows the parents of every link up to the root or to a link that has been visited.  If that was visited from the same
 /// start, it is on a cycle.
+/// Each link is visited once:
+///
+///     from link 5:   5 → 4 → root         all are met from 5
+///     from link 6:   6 → 4                4 was met from 5, and leads to a root
+///     from link 7:   7 → 9 → 8 → 7        7 was met from 7: a cycle
 void check_cycles(const robot_description &robot, const std::vector<int> &above) {
   std::vector<int> met_from(robot.links.size(), -1);
   for (int start = 0; start < static_cast<int>(robot.links.size()); ++start) {
@@ -151,6 +156,7 @@ void eigenvalues(const symmetric &A, double out[3]) {
       for (int q = p + 1; q < 3; ++q) {
         if (a[p][q] == 0)
           continue;
+        // J = [c s; −s c] in the plane (p, q) makes a_pq zero: t = s / c is the smaller root of t² + 2 τ t − 1 = 0, so that a rotation is at most π/4
         const int r = 3 - p - q;
         const double tau = (a[q][q] - a[p][p]) / (2 * a[p][q]);
         const double t = std::copysign(1.0, tau) / (std::fabs(tau) + std::hypot(1.0, tau));
@@ -168,6 +174,7 @@ void eigenvalues(const symmetric &A, double out[3]) {
 }
 
 /// The inertia matrix about the centroid.
+/// By the theorem of parallel axes, I_c = I_o − m (c·c 1 − c cᵀ), h = m c; the products of inertia are elements of the matrix, −∫xy dm.
 symmetric about_centroid(const spatial_inertia<double> &I) {
   const vec3<double> c = {I.h.x / I.m, I.h.y / I.m, I.h.z / I.m};
   return {I.Ixx - (I.h.y * c.y + I.h.z * c.z),
@@ -182,6 +189,9 @@ symmetric about_centroid(const spatial_inertia<double> &I) {
 constexpr double least_mass = 1e-15, largest_mass = 1e12, largest_moment = 1e18;
 
 /// Describes what makes an inertia impossible for a rigid body, or for any machine; empty if it is possible.
+/// With λ₁ ≥ λ₂ ≥ λ₃ the moments about principal axes through the centroid, λ₂ + λ₃ − λ₁ = 2 ∫x² dm ≥ 0, x along the first axis: no body has a moment
+/// above the sum of the other two (Traversaro, Brossette, Escande, Nori, Identification of Fully Physical Consistent Inertial Parameters using
+/// Optimization on Manifolds, 2016).
 std::string fault_of(const spatial_inertia<double> &I) {
   using text::shown;
   if (!all_of(I, is_finite))
@@ -211,6 +221,7 @@ std::string fault_of(const spatial_inertia<double> &I) {
 /// Which links move: on a joint of their own, with a link that they are welded to, or with a floating root.
 std::vector<bool> moving_links(const robot_description &robot, bool floating_base) {
   const std::vector<int> above = joints_above(robot);
+  // links that are welded to each other are decided at once, by what carries the uppermost of them
   enum { unknown, rests, moves };
   std::vector<int> state(robot.links.size(), unknown);
   for (int start = 0; start < static_cast<int>(robot.links.size()); ++start) {

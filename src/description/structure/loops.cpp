@@ -99,7 +99,19 @@ void check_drives(const robot_description &robot) {
                  "; a weight is positive and finite");
 }
 
-/// Refuses compliances of unknown joints, and matrices that store no energy: x · C x must not be negative.
+/// Is a matrix finite and symmetric, and do its two by two parts give no x · C x below zero?
+/// x · C x is twice the energy that a wrench x stores; |C_ij| ≤ √(C_ii C_jj) is that for each pair, with room for the rounding of a file's numbers.
+bool stores_energy(const std::array<double, 36> &C) {
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t k = 0; k <= i; ++k) {
+      const double x = C[6 * i + k], y = C[6 * k + i], most = std::sqrt(C[7 * i] * C[7 * k]);
+      if (!std::isfinite(x) || std::fabs(x - y) > 1e-9 * most || std::fabs(x) > most * (1 + 1e-9) || (i == k && x < 0))
+        return false;
+    }
+  return true;
+}
+
+/// Refuses compliances of unknown joints, and matrices that store no energy.
 void check_compliances(const robot_description &robot) {
   std::vector<std::string> names;
   for (const joint_description &joint : robot.joints)
@@ -109,22 +121,17 @@ void check_compliances(const robot_description &robot) {
   std::set<std::string> seen;
   for (const joint_compliance &of : robot.compliances) {
     const std::string who = "stiffness of joint " + quoted(of.joint) + ": ";
-    if (std::find(names.begin(), names.end(), of.joint) == names.end())
+    const bool is_ground = of.joint.empty() && !robot.floating_base;
+    if (!is_ground && std::find(names.begin(), names.end(), of.joint) == names.end())
       refuse(robot, {},
              who + "there is no such joint" + text::suggestion(of.joint, names, "name some of " + text::listed(names)));
     if (!seen.insert(of.joint).second)
       refuse(robot, {}, who + "it is given twice; give it once");
-    for (std::size_t i = 0; i < 6; ++i)
-      for (std::size_t k = 0; k <= i; ++k) {
-        const double x = of.matrix[6 * i + k], y = of.matrix[6 * k + i],
-                     most = std::sqrt(of.matrix[7 * i] * of.matrix[7 * k]);
-        if (!std::isfinite(x) || std::fabs(x - y) > 1e-9 * most || std::fabs(x) > most * (1 + 1e-9) ||
-            (i == k && x < 0))
-          refuse(
-              robot, {},
-              who +
-                  "its compliance is not finite, symmetric and positive semidefinite; correct its stiffnesses, which are positive");
-      }
+    if (!stores_energy(of.matrix) || !stores_energy(of.loose))
+      refuse(
+          robot, {},
+          who +
+              "its compliance is not finite, symmetric and positive semidefinite; correct its stiffnesses, which are positive or zero");
   }
 }
 
@@ -170,8 +177,9 @@ std::string floating_base_name(const robot_description &robot) {
 }
 
 void keep_drives(robot_description &robot) {
+  // an empty name is that of the joint to the ground, which is in no list
   std::erase_if(robot.compliances, [&](const joint_compliance &of) {
-    return !text::has_name(robot.joints, of.joint) && !text::has_name(robot.loops, of.joint);
+    return !of.joint.empty() && !text::has_name(robot.joints, of.joint) && !text::has_name(robot.loops, of.joint);
   });
   if (!robot.drives)
     return;
@@ -226,7 +234,7 @@ robot_description without_loops(robot_description robot) {
   robot.loops.clear();
   robot.drives.reset();
   robot.drive_weights.clear();
-  robot.compliances.clear();
+  keep_drives(robot);
   return robot;
 }
 

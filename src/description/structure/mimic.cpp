@@ -81,6 +81,7 @@ void resolve(const robot_description &robot, const std::vector<leader_of_joint> 
     path.push_back(j);
   }
   is_known[j] = true; // its leader has been found, or it follows none
+  // q = m₁ q₁ + o₁ and q₁ = m₂ q₂ + o₂ give q = m₁ m₂ q₂ + m₁ o₂ + o₁; from the leader's end of the path, where the next one is known
   for (auto follower = path.rbegin(); follower != path.rend(); ++follower) {
     const leader_of_joint &own = named[*follower], &next = out[index(own.joint)];
     out[*follower] = own;

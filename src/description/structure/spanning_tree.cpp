@@ -1,4 +1,12 @@
 // Which joints of a graph are its tree; the others close loops.
+//
+//     joints           a: 0 → 1,  b: 1 → 2,  c: 0 → 2,  d: 4 → 3,  e: 3 → 4,  f: 2 → 3
+//     first choice     1: a,  2: b,  3: d,  4: e           of joints with one child the first that is preferred, or the first
+//     from the root    0 ─a→ 1 ─b→ 2                        3 and 4 carry each other, and no root leads there
+//     over others      3: f, and with it 4 by e             the first joint of the file that leads on, again and again
+//     loops            c, d
+//
+// So a joint keeps its place in the tree unless a link would be cut off by it.
 #include "description/structure/loops.hpp"
 
 #include <functional>

@@ -7,6 +7,7 @@ namespace ksl {
 
 /// The inertia about a frame's origin from the ten numbers of regressors: m, m c, Ixx Ixy Iyy Ixz Iyz Izz.
 template <class T> spatial_inertia<T> inertia_of_parameters(const T *x) {
+  // spatial_inertia has m, h, Ixx, Iyy, Izz, Ixy, Iyz, Izx
   return {x[0], {x[1], x[2], x[3]}, x[4], x[6], x[9], x[5], x[8], x[7]};
 }
 
@@ -16,6 +17,7 @@ template <class T> void add_mass_beyond(const body<T> &b, const T &m, spatial_in
     if constexpr (J::shifts_origin) {
       parent.m = parent.m + m;
     } else {
+      // the joint leaves the body's origin where it is in the parent: what it carries acts there as a point mass (Wittenburg's augmented bodies)
       const T zero(0);
       const spatial_inertia<T> point = {m, {zero, zero, zero}, zero, zero, zero, zero, zero, zero};
       spatial_inertia<T> there;

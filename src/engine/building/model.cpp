@@ -72,6 +72,7 @@ model model::with_inertias(const std::vector<link_inertia> &inertias) const {
     m.description_.links[i].has_inertial = link.has_inertial;
   }
   model_builder(m).add_inertias();
+  // compiled code is for the inertias of this model
   m.code_ = nullptr;
   return m;
 }
@@ -137,6 +138,7 @@ std::vector<int> model::support(int link) const {
 int model::subtree_links(int joint, int *links) const {
   const int first = joints_[static_cast<std::size_t>(joint)].link, all = static_cast<int>(links_.size());
   int end = first + 1;
+  // a link belongs to the subtree as long as its parent does; the first whose parent is before the subtree ends it
   while (end < all && double_.links[static_cast<std::size_t>(end)].parent >= first)
     ++end;
   for (int l = first; links && l < end; ++l)

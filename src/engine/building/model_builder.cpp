@@ -1,3 +1,15 @@
+// What becomes of a description; "expanded" are the numbers of all joints, of which a user's q and v leave out followers:
+//
+//     description   base ── j1 ── arm ─┬─ weld ── sensor
+//                                      └─ j2 ── hand             j2 is a mimic joint: 2 j1
+//
+//     links         0 base    1 arm    2 sensor    3 hand         depth first
+//     bodies        0 ground, with base    1 arm, with sensor    2 hand
+//     q̂, v̂          (j1, j2), in the order of bodies              in_q_ = in_v_ = (0): a user has j1
+//     joints        j1 | j2 | weld, that of base to the ground    those of users' numbers, followers, fixed ones; the ground's last
+//
+// Frames: a link's own is given relative to its joint's; a body's canonical one (ksl/engine/model/model.hpp) is chosen once all bodies are there, and
+// poses, placements and inertias are then in it.  So build() makes links and bodies in frames whose z is the joint's axis, and finish() the rest.
 #include "engine/building/model_builder.hpp"
 
 #include "description/structure/check.hpp"
@@ -7,6 +19,7 @@
 #include "engine/model/canonical_axes.hpp"
 #include "engine/model/joint_physics.hpp"
 #include "engine/loops/exact_frames.hpp"
+#include "engine/loops/idle_bodies.hpp"
 #include "engine/loops/plan.hpp"
 #include "engine/loops/tables.hpp"
 #include "engine/model/massless_joint.hpp"
@@ -69,8 +82,13 @@ void model_builder::add_loops() {
                          kind.has_axis2 ? loop.axis2 : none, kind.has_pitch ? *loop.pitch : 0});
   }
   if (!m_.loops_.empty()) {
+    // Each step needs those before: frames, since their digits decide ranks; a regular position, at which idle bodies are found; another one, since
+    // these change which coordinates are to be independent there; the plan, made at that.
     fit_loops();
-    m_.double_.loops = loops::make_plan(m_);
+    std::vector<double> q = loops::regular_position(m_);
+    if (add_idle_bodies(q))
+      q = loops::regular_position(m_);
+    m_.double_.loops = loops::make_plan(m_, q);
     if (m_.double_.loops)
       m_.single_.loops = loops::rounded(*m_.double_.loops);
   }
@@ -90,6 +108,20 @@ void model_builder::fit_loops() {
     tables = loops::make_tables(m_);
   tables.digits = fit.digits;
   m_.loop_tables_ = std::make_shared<const loops::tables>(std::move(tables));
+}
+
+/// Bodies that turn alone at this position.  Returns whether some are idle.
+bool model_builder::add_idle_bodies(const std::vector<double> &q) {
+  std::vector<loops::idle_body> bodies;
+  if (!q.empty())
+    bodies = loops::bodies_that_turn_alone(m_, q);
+  if (bodies.empty())
+    return false;
+  loops::tables tables = *m_.loop_tables_;
+  loops::keep(std::move(bodies), tables);
+  const bool are_idle = !tables.idle.empty();
+  m_.loop_tables_ = std::make_shared<const loops::tables>(std::move(tables));
+  return are_idle;
 }
 
 void model_builder::add_force_elements() {
@@ -178,6 +210,7 @@ void model_builder::descend(int root) {
   }
 }
 
+/// In reverse, since the last is taken first: links keep the order of the file.
 void model_builder::push_children(int description_link, std::vector<int> &pending) const {
   const std::vector<int> &joints = children_[static_cast<std::size_t>(description_link)];
   pending.insert(pending.end(), joints.rbegin(), joints.rend());
@@ -216,10 +249,13 @@ void model_builder::add_link(const joint_description &j, int index) {
 void model_builder::add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement,
                                     int parent_body) {
   const joint_kind_row kind = row_of(row.kind);
+  // parent body's canonical frame ── placement ──> this body's ── pose ──> the link's own, which is the joint's: pose = canonical⁻¹
   SE3<double> canonical = kind.has_axis ? with_z(row.axis) : identity, placement, pose; // in the joint's frame
   A::product_dd(&joint_placement, &canonical, &placement);
   row.link = static_cast<int>(m_.double_.links.size());
   if (kind.has_axis2) {
+    //     parent ── placement ──> inside, z the first axis ── canonical⁻¹ second ──> this body, z the second axis
+    //
     // a massless body turns about the first axis; the second is placed on it
     const int inside = add_body(joint_kind::revolute, parent_body, -1, placement, 0);
     const SE3<double> second = with_z(row.axis2);
@@ -270,6 +306,7 @@ body<double> model_builder::new_body(joint_kind kind, int parent, int link, cons
   const int added = static_cast<int>(m_.double_.bodies.size());
   if (parent >= 0) {
     const body<double> &p = m_.double_.bodies[static_cast<std::size_t>(parent)];
+    // a line goes on where the parent is the body before, and not the ground: its coordinates then follow each other in v
     b.line_start = parent > 0 && parent == added - 1 ? p.line_start : added;
     b.ancestors = p.ancestors + p.nv;
   }
@@ -295,6 +332,9 @@ void model_builder::add_welded_link(int description_link, int parent, const SE3<
   m_.links_.push_back(m_.description_.links[static_cast<std::size_t>(description_link)]);
 }
 
+/// The order: couple() while the list has no fixed joints yet; inertias once canonical frames are there, in which they are; angles, since theta0 is part
+/// of the choice of frames; single precision once all of double precision is there.  Joints without mass and plans of loops are found by calls of the
+/// model, which needs its views for them; the plan becomes part of the views.
 void model_builder::finish() {
   m_.moving_joints_ = static_cast<int>(m_.joints_.size());
   couple();
@@ -367,11 +407,16 @@ void model_builder::close_subtrees() {
   std::vector<body<double>> &bodies = m_.double_.bodies;
   for (std::size_t i = bodies.size(); i-- > 0;) {
     body<double> &b = bodies[i];
+    // depth first, the numbers of a body and of all that it carries are one range of v:
+    //
+    //     … │ its own │ its children's, and theirs │ the next branch …
+    //       v_index                                v_end
     b.has_children = b.v_end > b.v_index;
     b.v_end = std::max(b.v_end, b.v_index + b.nv);
     if (b.parent >= 0) {
       body<double> &parent = bodies[static_cast<std::size_t>(b.parent)];
       parent.v_end = std::max(parent.v_end, b.v_end);
+      // the first child is the body after its parent; any other one begins a branch
       if (b.parent + 1 != static_cast<int>(i))
         parent.last_branch = std::max(parent.last_branch, static_cast<int>(i));
     }
@@ -381,6 +426,7 @@ void model_builder::close_subtrees() {
 /// Transforms the inertia of each link from its own frame to its body's.  The inertia of a body is the sum over its links.
 void model_builder::sum_inertias() {
   auto &d = m_.double_;
+  // ten numbers a body, those of a block of bodies side by side, for lanes (body_lanes.hpp)
   d.inertia.assign(static_cast<std::size_t>(padded_size<double>(10, static_cast<int>(d.bodies.size()))), 0);
   for (std::size_t i = 0; i < d.links.size(); ++i) {
     link<double> &l = d.links[i];
@@ -398,6 +444,8 @@ void model_builder::add_tree_rows() {
     b.alpha_of_tensor = of_tensor(b.alpha);
     m_.longest_path_ = std::max(m_.longest_path_, b.ancestors + b.nv);
     for (int c = 0; c < b.nv; ++c)
+      // the row of a coordinate has an element for each on its path from the ground, itself the last.  Of a body with one coordinate that carries two
+      // such bodies, which carry none: rows of 1, 2 and 2 elements, tree_row_ = (0, 1, 3, 5)
       m_.tree_row_.push_back(m_.tree_row_.back() + b.ancestors + c + 1);
   }
 }
@@ -412,6 +460,7 @@ void model_builder::augment_inertias() {
   for (std::size_t i = bodies; i-- > 1;) {
     const body<double> &b = d.bodies[i];
     spatial_inertia<double> &parent = d.augmented[static_cast<std::size_t>(b.parent)];
+    // from the tips inwards, so that augmented[i].m has grown to all that joint i carries
     add_mass_beyond(b, d.augmented[i].m, parent); // that of the whole subtree
   }
 }
@@ -445,6 +494,7 @@ void model_builder::check_finite() const {
 /// The constants theta0 of joint angles, as contiguous arrays that can be loaded into lanes.
 void model_builder::add_angles() {
   auto &d = m_.double_;
+  // and a register more, since one may be loaded at any index (pose_in_parent.hpp)
   const auto angles = static_cast<std::size_t>(padded(m_.expanded_nq_) + padded(1));
   d.theta0_sine.assign(angles, 0);
   d.theta0_cosine.assign(angles, 1);
@@ -520,6 +570,7 @@ void model_builder::narrow(std::vector<model::position_range> &limits, const joi
   if (follows && row.multiplier == 0)
     return;
   if (follows) {
+    // position = multiplier × the leader's + offset, solved for the leader's
     lower = (lower - row.offset) / row.multiplier, upper = (upper - row.offset) / row.multiplier;
     if (row.multiplier < 0)
       std::swap(lower, upper);
@@ -533,6 +584,7 @@ void model_builder::narrow(std::vector<model::position_range> &limits, const joi
          ", but at no position are both within their limits; those of " + row.name + " are not used");
 }
 
+/// Rounded, not built again from rounded numbers, which could choose other canonical frames where axes are nearly parallel.
 void model_builder::round_to_single() {
   const auto &d = m_.double_;
   auto &s = m_.single_;

@@ -53,6 +53,7 @@ private:
   void round_to_single();
   void add_loops();
   void fit_loops();
+  bool add_idle_bodies(const std::vector<double> &q);
   void add_force_elements();
 
   model &m_;

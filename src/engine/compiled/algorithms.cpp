@@ -1,11 +1,19 @@
 #include "engine/compiled/algorithms.hpp"
 
+#include "engine/kernels/one_state.hpp"
+#include "engine/loops/derivatives.hpp"
 #include "ksl/engine/lanes/transpose.hpp"
+
+#include <memory>
+#include <vector>
 
 namespace ksl::compiled {
 namespace {
 
 /// Rows of a batch as code gets them.  Inputs and results are no more than these; wrenches are few, and lie in memory of the call.
+///
+///     inputs_    [ those of the row, in its order | each wrench on a link ]       results_   [ those of the row | reactions ]
+///     zeros_     what stands for inputs that the batch lacks, with a stride of zero
 template <class S> class rows_for_code {
 public:
   rows_for_code(arena &memory, const requested_code &code, const model &m, const batch_view<S> &batch)
@@ -75,6 +83,7 @@ bool run_batch(const way_calls<S> &below, const algorithm_row &row, const model 
   arena pieces(memory);
   rows_for_code<S> rows(pieces, code, m, batch);
   rows.clear_zeros();
+  // [ rows and the code's own memory | from a multiple of 64 on, that of the way below ]
   void *const behind = static_cast<std::byte *>(memory) + (pieces.used() + 63) / 64 * 64;
   bool ordinary = true;
   for (std::size_t k = first; k < end;) {
@@ -82,11 +91,46 @@ bool run_batch(const way_calls<S> &below, const algorithm_row &row, const model 
     k += rows.run(end - k);
     if (k == end)
       break;
+    // the block that the code stopped at has a result that isn't ordinary: the way below computes it, and judges it; the code goes on behind it
     const std::size_t left = std::min(end - k, static_cast<std::size_t>(code.lanes));
     ordinary &= below.run_batch(row, m, batch, k, k + left, behind);
     k += left;
   }
   return ordinary;
+}
+
+void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done) {
+  const algorithm_row &row = forward ? rows::forward_dynamics_derivatives : rows::inverse_dynamics_derivatives;
+  const requested_code *const code = m.code() ? m.code()->find(row, batch) : nullptr;
+  if (!code)
+    return loops::derive_in_lanes(forward, m, batch, done);
+  arena measure;
+  const rows_for_code<double> measured(measure, *code, m, batch);
+  std::vector<std::byte> memory(measure.used() + 64); // of its own: what is left is computed in that of the thread
+  void *begin = memory.data();
+  std::size_t space = memory.size();
+  arena pieces(std::align(64, measure.used(), begin, space));
+  rows_for_code<double> rows(pieces, *code, m, batch);
+  rows.clear_zeros();
+  std::vector<external_rows<double>> wrenches(static_cast<std::size_t>(batch.external_n));
+  for (std::size_t k = 0; k < batch.n;) {
+    rows.set(k);
+    const std::size_t found = rows.run(batch.n - k);
+    std::fill_n(done + k, found, static_cast<unsigned char>(1));
+    k += found;
+    batch_view<double> left = batch;
+    left.n = std::min(batch.n - k, static_cast<std::size_t>(code->lanes));
+    for (const input x : every_input)
+      input_of(left, x) = rows_from(input_of(batch, x), k);
+    for (std::size_t e = 0; e < wrenches.size(); ++e)
+      wrenches[e] = {batch.external[e].link, rows_from(batch.external[e].wrench, k)};
+    left.external = wrenches.data();
+    for (auto &result : left.result)
+      result = rows_from(result, k);
+    if (left.n > 0)
+      loops::derive_in_lanes(forward, m, left, done + k);
+    k += left.n;
+  }
 }
 
 #define KSL_BATCHES(S)                                                                                                 \

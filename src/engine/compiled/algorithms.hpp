@@ -26,4 +26,7 @@ template <class S>
 bool run_batch(const way_calls<S> &below, const algorithm_row &row, const model &m, const batch_view<S> &batch,
                std::size_t first, std::size_t end, void *memory);
 
+/// Derivatives of a batch along a closed mechanism, as loops::derive_in_lanes: by code, if the model has some.
+void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done);
+
 } // namespace ksl::compiled

@@ -6,6 +6,8 @@
 
 namespace ksl::elements {
 
+/// forces_in_states.hpp and with_forces.hpp call it so: measure() for each row that they will call, lay_out() once, then call().  In recordings another class
+/// with these three stands in its place (src/generate/).
 /// Calls of the kernels of the tree, for several states in lanes or for one alone.
 template <class S> class tree_of_states {
 public:
@@ -21,6 +23,7 @@ private:
   const model &m_;
   std::size_t bytes_ = 0;
   int externals_ = 0, reactions_ = 0;
+  // where a call for one state, which writes all results, puts those that nobody wants
   std::ptrdiff_t unwanted_n_[most_results] = {};
   S *zero_ = nullptr, *unwanted_[most_results] = {};
   state_in_batch<S> one_ = {};

@@ -129,13 +129,13 @@ struct algorithm_row {
   int inputs;
   input input_list[most_inputs];       ///< (inputs), in the order of calls
   const char *input_name[most_inputs]; ///< their names in calls
-  external_use external;
-  request_kind request;
-  bool needs_mass;       ///< is it refused if a joint can move without moving any mass
-  bool nan_without_mass; ///< is its result NaN, as documented, where nothing that moves has mass
-  bool
-      smooth_friction; ///< is it refused if dry friction is exact, since it solves or differentiates the law of friction
-  int results;         ///< besides reactions
+  external_use external = external_use::none;
+  request_kind request = request_kind::none;
+  bool needs_mass = false;       ///< is it refused if a joint can move without moving any mass
+  bool nan_without_mass = false; ///< is its result NaN, as documented, where nothing that moves has mass
+  /// Is it refused if dry friction is exact, since it solves or differentiates the law of friction?
+  bool smooth_friction = false;
+  int results; ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.

@@ -5,1452 +5,652 @@
 
 namespace ksl {
 
+/// DO(name, set) for the kernels of every algorithm.
+#define KSL_EACH_KERNEL(DO, set) \
+  DO(inverse_dynamics, set) \
+  DO(inverse_dynamics_with_reactions, set) \
+  DO(effort_parts, set) \
+  DO(forward_dynamics, set) \
+  DO(forward_dynamics_by_mass_matrix, set) \
+  DO(hybrid_dynamics, set) \
+  DO(velocity_jump, set) \
+  DO(mass_matrix, set) \
+  DO(mass_matrix_upper, set) \
+  DO(mass_matrix_tree, set) \
+  DO(mass_matrix_factor, set) \
+  DO(mass_matrix_inverse, set) \
+  DO(solve_mass_matrix, set) \
+  DO(coriolis_matrix, set) \
+  DO(frame_poses, set) \
+  DO(frame_velocities, set) \
+  DO(frame_accelerations, set) \
+  DO(point_velocity, set) \
+  DO(point_acceleration, set) \
+  DO(jacobian, set) \
+  DO(jacobian_rate, set) \
+  DO(relative_pose, set) \
+  DO(relative_velocity, set) \
+  DO(relative_jacobian, set) \
+  DO(operational_space_inertia_inverse, set) \
+  DO(operational_space_inertia, set) \
+  DO(operational_space, set) \
+  DO(energy, set) \
+  DO(external_power, set) \
+  DO(center_of_mass, set) \
+  DO(center_of_mass_jacobian, set) \
+  DO(center_of_mass_velocity, set) \
+  DO(center_of_mass_acceleration, set) \
+  DO(centroidal_momentum, set) \
+  DO(centroidal_momentum_matrix, set) \
+  DO(centroidal_momentum_rate, set) \
+  DO(inverse_dynamics_derivatives, set) \
+  DO(inverse_dynamics_gradient, set) \
+  DO(forward_dynamics_derivatives, set) \
+  DO(reactions_derivatives, set) \
+  DO(reactions_external_derivatives, set) \
+  DO(frame_velocities_derivatives, set) \
+  DO(frame_accelerations_derivatives, set) \
+  DO(energy_derivatives, set) \
+  DO(centroidal_momentum_derivatives, set) \
+  DO(centroidal_momentum_rate_derivatives, set) \
+  DO(inverse_dynamics_second_derivatives, set) \
+  DO(forward_dynamics_second_derivatives, set) \
+  DO(inverse_dynamics_regressor, set) \
+  DO(reactions_regressor, set) \
+  DO(energy_regressor, set) \
+  DO(momentum_regressor, set) \
+  DO(integrate, set) \
+  DO(difference, set) \
+  DO(interpolate, set) \
+  DO(integrate_jacobians, set) \
+  DO(difference_jacobians, set) \
+  DO(closed_inverse_dynamics, set) \
+  DO(closed_inverse_dynamics_with_reactions, set) \
+  DO(closed_forward_dynamics, set) \
+  DO(closed_inverse_dynamics_derivatives, set) \
+  DO(closed_forward_dynamics_derivatives, set)
+
 /// The kernels of one instruction set.
 struct kernel_table {
-  const algorithm_kernels *inverse_dynamics;
-  const algorithm_kernels *inverse_dynamics_with_reactions;
-  const algorithm_kernels *effort_parts;
-  const algorithm_kernels *forward_dynamics;
-  const algorithm_kernels *forward_dynamics_by_mass_matrix;
-  const algorithm_kernels *hybrid_dynamics;
-  const algorithm_kernels *velocity_jump;
-  const algorithm_kernels *mass_matrix;
-  const algorithm_kernels *mass_matrix_upper;
-  const algorithm_kernels *mass_matrix_tree;
-  const algorithm_kernels *mass_matrix_factor;
-  const algorithm_kernels *mass_matrix_inverse;
-  const algorithm_kernels *solve_mass_matrix;
-  const algorithm_kernels *coriolis_matrix;
-  const algorithm_kernels *frame_poses;
-  const algorithm_kernels *frame_velocities;
-  const algorithm_kernels *frame_accelerations;
-  const algorithm_kernels *point_velocity;
-  const algorithm_kernels *point_acceleration;
-  const algorithm_kernels *jacobian;
-  const algorithm_kernels *jacobian_rate;
-  const algorithm_kernels *relative_pose;
-  const algorithm_kernels *relative_velocity;
-  const algorithm_kernels *relative_jacobian;
-  const algorithm_kernels *operational_space_inertia_inverse;
-  const algorithm_kernels *operational_space_inertia;
-  const algorithm_kernels *operational_space;
-  const algorithm_kernels *energy;
-  const algorithm_kernels *external_power;
-  const algorithm_kernels *center_of_mass;
-  const algorithm_kernels *center_of_mass_jacobian;
-  const algorithm_kernels *center_of_mass_velocity;
-  const algorithm_kernels *center_of_mass_acceleration;
-  const algorithm_kernels *centroidal_momentum;
-  const algorithm_kernels *centroidal_momentum_matrix;
-  const algorithm_kernels *centroidal_momentum_rate;
-  const algorithm_kernels *inverse_dynamics_derivatives;
-  const algorithm_kernels *inverse_dynamics_gradient;
-  const algorithm_kernels *forward_dynamics_derivatives;
-  const algorithm_kernels *reactions_derivatives;
-  const algorithm_kernels *reactions_external_derivatives;
-  const algorithm_kernels *frame_velocities_derivatives;
-  const algorithm_kernels *frame_accelerations_derivatives;
-  const algorithm_kernels *energy_derivatives;
-  const algorithm_kernels *centroidal_momentum_derivatives;
-  const algorithm_kernels *centroidal_momentum_rate_derivatives;
-  const algorithm_kernels *inverse_dynamics_second_derivatives;
-  const algorithm_kernels *forward_dynamics_second_derivatives;
-  const algorithm_kernels *inverse_dynamics_regressor;
-  const algorithm_kernels *reactions_regressor;
-  const algorithm_kernels *energy_regressor;
-  const algorithm_kernels *momentum_regressor;
-  const algorithm_kernels *integrate;
-  const algorithm_kernels *difference;
-  const algorithm_kernels *interpolate;
-  const algorithm_kernels *integrate_jacobians;
-  const algorithm_kernels *difference_jacobians;
-  const algorithm_kernels *closed_inverse_dynamics;
-  const algorithm_kernels *closed_inverse_dynamics_with_reactions;
-  const algorithm_kernels *closed_forward_dynamics;
-  const algorithm_kernels *closed_inverse_dynamics_derivatives;
-  const algorithm_kernels *closed_forward_dynamics_derivatives;
+#define KSL_KERNEL_MEMBER(name, set) const algorithm_kernels *name;
+  KSL_EACH_KERNEL(KSL_KERNEL_MEMBER, none)
+#undef KSL_KERNEL_MEMBER
 };
 
 namespace rows {
 
 constexpr algorithm_row inverse_dynamics = {
-    .name = "inverse_dynamics",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
+    .name = "inverse_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"tau", 1, {extent::nv}}},
+    .results = 1, .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::efforts,
+    .mimic = mimic_by::projection, .elements = elements_by::wrenches, .loops = loops_by::efforts,
 };
 
 constexpr algorithm_row inverse_dynamics_with_reactions = {
-    .name = "inverse_dynamics_with_reactions",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::reactions,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"tau", 1, {extent::nv}}},
+    .name = "inverse_dynamics_with_reactions", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .request = request_kind::reactions,
+    .results = 1, .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::reactions,
+    .mimic = mimic_by::projection, .elements = elements_by::wrenches, .loops = loops_by::reactions,
 };
 
 constexpr algorithm_row effort_parts = {
-    .name = "effort_parts",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
+    .name = "effort_parts", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"parts", 2, {extent::five, extent::nv}}},
+    .results = 1, .result = {{"parts", 2, {extent::five, extent::nv}}},
     .kernels = &kernel_table::effort_parts,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::parts,
+    .mimic = mimic_by::projection, .elements = elements_by::wrenches, .loops = loops_by::parts,
 };
 
 constexpr algorithm_row forward_dynamics = {
-    .name = "forward_dynamics",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::tau},
-    .input_name = {"q", "v", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 1,
-    .result = {{"a", 1, {extent::motion}}},
+    .name = "forward_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+    .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+    .results = 1, .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics,
-    .mimic = mimic_by::solution,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::accelerations,
+    .mimic = mimic_by::solution, .elements = elements_by::wrenches, .loops = loops_by::accelerations,
 };
 
 constexpr algorithm_row forward_dynamics_by_mass_matrix = {
-    .name = "forward_dynamics_by_mass_matrix",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::tau},
-    .input_name = {"q", "v", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 1,
-    .result = {{"a", 1, {extent::motion}}},
+    .name = "forward_dynamics_by_mass_matrix", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+    .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+    .results = 1, .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics_by_mass_matrix,
-    .mimic = mimic_by::solution,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::accelerations,
+    .mimic = mimic_by::solution, .elements = elements_by::wrenches, .loops = loops_by::accelerations,
 };
 
 constexpr algorithm_row hybrid_dynamics = {
-    .name = "hybrid_dynamics",
-    .inputs = 4,
-    .input_list = {input::q, input::v, input::a, input::tau},
-    .input_name = {"q", "v", "a", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::links,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 2,
-    .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
+    .name = "hybrid_dynamics", .inputs = 4, .input_list = {input::q, input::v, input::a, input::tau}, .input_name = {"q", "v", "a", "tau"},
+    .external = external_use::optional, .request = request_kind::links, .needs_mass = true, .smooth_friction = true,
+    .results = 2, .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
     .kernels = &kernel_table::hybrid_dynamics,
-    .mimic = mimic_by::hybrid,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::hybrid, .elements = elements_by::wrenches, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row velocity_jump = {
-    .name = "velocity_jump",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::required,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"dv", 1, {extent::motion}}},
+    .name = "velocity_jump", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .external = external_use::required, .needs_mass = true,
+    .results = 1, .result = {{"dv", 1, {extent::motion}}},
     .kernels = &kernel_table::velocity_jump,
-    .mimic = mimic_by::jump,
-    .elements = elements_by::nothing,
-    .loops = loops_by::jump,
+    .mimic = mimic_by::jump, .elements = elements_by::nothing, .loops = loops_by::jump,
 };
 
 constexpr algorithm_row mass_matrix = {
-    .name = "mass_matrix",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"M", 2, {extent::nv, extent::nv}}},
+    .name = "mass_matrix", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .results = 1, .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_upper = {
-    .name = "mass_matrix_upper",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"M", 2, {extent::nv, extent::nv}}},
+    .name = "mass_matrix_upper", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .results = 1, .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix_upper,
-    .mimic = mimic_by::upper_triangle,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::upper_triangle, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_tree = {
-    .name = "mass_matrix_tree",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"M", 1, {extent::tree}}},
+    .name = "mass_matrix_tree", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .results = 1, .result = {{"M", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_tree,
-    .mimic = mimic_by::refusal,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::refusal, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_factor = {
-    .name = "mass_matrix_factor",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
+    .name = "mass_matrix_factor", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"LD", 1, {extent::tree}}},
+    .results = 1, .result = {{"LD", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_factor,
-    .mimic = mimic_by::refusal,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::refusal, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row mass_matrix_inverse = {
-    .name = "mass_matrix_inverse",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
+    .name = "mass_matrix_inverse", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"W", 2, {extent::motion, extent::motion}}},
+    .results = 1, .result = {{"W", 2, {extent::motion, extent::motion}}},
     .kernels = &kernel_table::mass_matrix_inverse,
-    .mimic = mimic_by::inverse,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::inverse, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row solve_mass_matrix = {
-    .name = "solve_mass_matrix",
-    .inputs = 2,
-    .input_list = {input::q, input::tau},
-    .input_name = {"q", "tau"},
-    .external = external_use::none,
-    .request = request_kind::none,
+    .name = "solve_mass_matrix", .inputs = 2, .input_list = {input::q, input::tau}, .input_name = {"q", "tau"},
     .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"a", 1, {extent::motion}}},
+    .results = 1, .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::solve_mass_matrix,
-    .mimic = mimic_by::product,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::product, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row coriolis_matrix = {
-    .name = "coriolis_matrix",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"C", 2, {extent::nv, extent::nv}}},
+    .name = "coriolis_matrix", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+    .results = 1, .result = {{"C", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::coriolis_matrix,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row frame_poses = {
-    .name = "frame_poses",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "frame_poses", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::links,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
+    .results = 1, .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_velocities = {
-    .name = "frame_velocities",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "frame_velocities", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::frames,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"twists", 2, {extent::links, extent::six}}},
+    .results = 1, .result = {{"twists", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_velocities,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_accelerations = {
-    .name = "frame_accelerations",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "frame_accelerations", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::frames,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"accelerations", 2, {extent::links, extent::six}}},
+    .results = 1, .result = {{"accelerations", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row point_velocity = {
-    .name = "point_velocity",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "point_velocity", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"velocity", 1, {extent::three}}},
+    .results = 1, .result = {{"velocity", 1, {extent::three}}},
     .kernels = &kernel_table::point_velocity,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row point_acceleration = {
-    .name = "point_acceleration",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "point_acceleration", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"acceleration", 1, {extent::three}}},
+    .results = 1, .result = {{"acceleration", 1, {extent::three}}},
     .kernels = &kernel_table::point_acceleration,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row jacobian = {
-    .name = "jacobian",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "jacobian", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"J", 2, {extent::six, extent::nv}}},
+    .results = 1, .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row jacobian_rate = {
-    .name = "jacobian_rate",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "jacobian_rate", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"rate", 2, {extent::six, extent::nv}}},
+    .results = 1, .result = {{"rate", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian_rate,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row relative_pose = {
-    .name = "relative_pose",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "relative_pose", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::relative,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"pose", 2, {extent::four, extent::four}}},
+    .results = 1, .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::relative_pose,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row relative_velocity = {
-    .name = "relative_velocity",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "relative_velocity", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::relative,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"twist", 1, {extent::six}}},
+    .results = 1, .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::relative_velocity,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row relative_jacobian = {
-    .name = "relative_jacobian",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "relative_jacobian", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::relative,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"J", 2, {extent::six, extent::nv}}},
+    .results = 1, .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::relative_jacobian,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row operational_space_inertia_inverse = {
-    .name = "operational_space_inertia_inverse",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::frames,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"inverse", 2, {extent::twists, extent::twists}}},
+    .name = "operational_space_inertia_inverse", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .request = request_kind::frames, .needs_mass = true,
+    .results = 1, .result = {{"inverse", 2, {extent::twists, extent::twists}}},
     .kernels = &kernel_table::operational_space_inertia_inverse,
-    .mimic = mimic_by::operational_inverse,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::operational_inverse, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row operational_space_inertia = {
-    .name = "operational_space_inertia",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::frames,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
+    .name = "operational_space_inertia", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .request = request_kind::frames, .needs_mass = true,
+    .results = 2, .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space_inertia,
-    .mimic = mimic_by::operational_inertia,
-    .elements = elements_by::nothing,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::operational_inertia, .elements = elements_by::nothing, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row operational_space = {
-    .name = "operational_space",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::optional,
-    .request = request_kind::frames,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 4,
-    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
+    .name = "operational_space", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+    .external = external_use::optional, .request = request_kind::frames, .needs_mass = true, .smooth_friction = true,
+    .results = 4, .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space,
-    .mimic = mimic_by::operational_space,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::operational_space, .elements = elements_by::wrenches, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row energy = {
-    .name = "energy",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
+    .name = "energy", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+    .results = 2, .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
     .kernels = &kernel_table::energy,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::energy,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::energy, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row external_power = {
-    .name = "external_power",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
+    .name = "external_power", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .external = external_use::required,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"power", 0, {}}},
+    .results = 1, .result = {{"power", 0, {}}},
     .kernels = &kernel_table::external_power,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass = {
-    .name = "center_of_mass",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
+    .name = "center_of_mass", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .nan_without_mass = true,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"center", 1, {extent::three}}},
+    .results = 1, .result = {{"center", 1, {extent::three}}},
     .kernels = &kernel_table::center_of_mass,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass_jacobian = {
-    .name = "center_of_mass_jacobian",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
+    .name = "center_of_mass_jacobian", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .nan_without_mass = true,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"J", 2, {extent::three, extent::nv}}},
+    .results = 1, .result = {{"J", 2, {extent::three, extent::nv}}},
     .kernels = &kernel_table::center_of_mass_jacobian,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass_velocity = {
-    .name = "center_of_mass_velocity",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
+    .name = "center_of_mass_velocity", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .nan_without_mass = true,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"velocity", 1, {extent::three}}},
+    .results = 1, .result = {{"velocity", 1, {extent::three}}},
     .kernels = &kernel_table::center_of_mass_velocity,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row center_of_mass_acceleration = {
-    .name = "center_of_mass_acceleration",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
+    .name = "center_of_mass_acceleration", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .nan_without_mass = true,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"acceleration", 1, {extent::three}}},
+    .results = 1, .result = {{"acceleration", 1, {extent::three}}},
     .kernels = &kernel_table::center_of_mass_acceleration,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum = {
-    .name = "centroidal_momentum",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"momentum", 1, {extent::six}}},
+    .name = "centroidal_momentum", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+    .results = 1, .result = {{"momentum", 1, {extent::six}}},
     .kernels = &kernel_table::centroidal_momentum,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_matrix = {
-    .name = "centroidal_momentum_matrix",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"matrix", 2, {extent::six, extent::nv}}},
+    .name = "centroidal_momentum_matrix", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .results = 1, .result = {{"matrix", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::centroidal_momentum_matrix,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_rate = {
-    .name = "centroidal_momentum_rate",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"rate", 1, {extent::six}}},
+    .name = "centroidal_momentum_rate", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .results = 1, .result = {{"rate", 1, {extent::six}}},
     .kernels = &kernel_table::centroidal_momentum_rate,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row inverse_dynamics_derivatives = {
-    .name = "inverse_dynamics_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 3,
-    .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
+    .name = "inverse_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .smooth_friction = true,
+    .results = 3, .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::effort_derivatives,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::projection, .elements = elements_by::effort_derivatives, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row inverse_dynamics_gradient = {
-    .name = "inverse_dynamics_gradient",
-    .inputs = 4,
-    .input_list = {input::q, input::v, input::a, input::tau},
-    .input_name = {"q", "v", "a", "weights"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
+    .name = "inverse_dynamics_gradient", .inputs = 4, .input_list = {input::q, input::v, input::a, input::tau}, .input_name = {"q", "v", "a", "weights"},
     .smooth_friction = true,
-    .results = 3,
-    .result = {{"by_q", 1, {extent::nv}}, {"by_v", 1, {extent::nv}}, {"by_a", 1, {extent::nv}}},
+    .results = 3, .result = {{"by_q", 1, {extent::nv}}, {"by_v", 1, {extent::nv}}, {"by_a", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_gradient,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::effort_gradient,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::projection, .elements = elements_by::effort_gradient, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row forward_dynamics_derivatives = {
-    .name = "forward_dynamics_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::tau},
-    .input_name = {"q", "v", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 3,
-    .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+    .name = "forward_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+    .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+    .results = 3, .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_derivatives,
-    .mimic = mimic_by::solution_derivatives,
-    .elements = elements_by::acceleration_derivatives,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::solution_derivatives, .elements = elements_by::acceleration_derivatives, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row reactions_derivatives = {
-    .name = "reactions_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::joints,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 3,
-    .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
+    .name = "reactions_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .request = request_kind::joints,
+    .results = 3, .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::reaction_derivatives,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::projection, .elements = elements_by::reaction_derivatives, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row reactions_external_derivatives = {
-    .name = "reactions_external_derivatives",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "reactions_external_derivatives", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::joints,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
+    .results = 1, .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
     .kernels = &kernel_table::reactions_external_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::linear,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::linear,
 };
 
 constexpr algorithm_row frame_velocities_derivatives = {
-    .name = "frame_velocities_derivatives",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "frame_velocities_derivatives", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::frames,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}},
+    .results = 2, .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}},
     .kernels = &kernel_table::frame_velocities_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_accelerations_derivatives = {
-    .name = "frame_accelerations_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "frame_accelerations_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::frames,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 3,
-    .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}, {"by_a", 3, {extent::links, extent::six, extent::nv}}},
+    .results = 3, .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}, {"by_a", 3, {extent::links, extent::six, extent::nv}}},
     .kernels = &kernel_table::frame_accelerations_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row energy_derivatives = {
-    .name = "energy_derivatives",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 3,
-    .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},
+    .name = "energy_derivatives", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+    .results = 3, .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},
     .kernels = &kernel_table::energy_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::energy_derivatives,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::energy_derivatives, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_derivatives = {
-    .name = "centroidal_momentum_derivatives",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
+    .name = "centroidal_momentum_derivatives", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+    .results = 2, .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::centroidal_momentum_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row centroidal_momentum_rate_derivatives = {
-    .name = "centroidal_momentum_rate_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 3,
-    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
+    .name = "centroidal_momentum_rate_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .results = 3, .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::centroidal_momentum_rate_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row inverse_dynamics_second_derivatives = {
-    .name = "inverse_dynamics_second_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 4,
-    .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
+    .name = "inverse_dynamics_second_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .smooth_friction = true,
+    .results = 4, .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_second_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::refusal,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::projection, .elements = elements_by::refusal, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row forward_dynamics_second_derivatives = {
-    .name = "forward_dynamics_second_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::tau},
-    .input_name = {"q", "v", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 4,
-    .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
+    .name = "forward_dynamics_second_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+    .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+    .results = 4, .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_second_derivatives,
-    .mimic = mimic_by::solution_second_derivatives,
-    .elements = elements_by::refusal,
-    .loops = loops_by::refusal,
+    .mimic = mimic_by::solution_second_derivatives, .elements = elements_by::refusal, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row inverse_dynamics_regressor = {
-    .name = "inverse_dynamics_regressor",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "inverse_dynamics_regressor", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::links,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .results = 1, .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
     .kernels = &kernel_table::inverse_dynamics_regressor,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::linear,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::linear,
 };
 
 constexpr algorithm_row reactions_regressor = {
-    .name = "reactions_regressor",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "reactions_regressor", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::joints,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
+    .results = 1, .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
     .kernels = &kernel_table::reactions_regressor,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::linear,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::linear,
 };
 
 constexpr algorithm_row energy_regressor = {
-    .name = "energy_regressor",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "energy_regressor", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::links,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
+    .results = 2, .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
     .kernels = &kernel_table::energy_regressor,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row momentum_regressor = {
-    .name = "momentum_regressor",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "momentum_regressor", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::links,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
+    .results = 1, .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
     .kernels = &kernel_table::momentum_regressor,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row integrate = {
-    .name = "integrate",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "dv"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"q1", 1, {extent::nq}}},
+    .name = "integrate", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "dv"},
+    .results = 1, .result = {{"q1", 1, {extent::nq}}},
     .kernels = &kernel_table::integrate,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row difference = {
-    .name = "difference",
-    .inputs = 2,
-    .input_list = {input::q, input::q1},
-    .input_name = {"q0", "q1"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"dv", 1, {extent::motion}}},
+    .name = "difference", .inputs = 2, .input_list = {input::q, input::q1}, .input_name = {"q0", "q1"},
+    .results = 1, .result = {{"dv", 1, {extent::motion}}},
     .kernels = &kernel_table::difference,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row interpolate = {
-    .name = "interpolate",
-    .inputs = 3,
-    .input_list = {input::q, input::q1, input::fraction},
-    .input_name = {"q0", "q1", "fraction"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"between", 1, {extent::nq}}},
+    .name = "interpolate", .inputs = 3, .input_list = {input::q, input::q1, input::fraction}, .input_name = {"q0", "q1", "fraction"},
+    .results = 1, .result = {{"between", 1, {extent::nq}}},
     .kernels = &kernel_table::interpolate,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row integrate_jacobians = {
-    .name = "integrate_jacobians",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "dv"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},
+    .name = "integrate_jacobians", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "dv"},
+    .results = 2, .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},
     .kernels = &kernel_table::integrate_jacobians,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row difference_jacobians = {
-    .name = "difference_jacobians",
-    .inputs = 2,
-    .input_list = {input::q, input::q1},
-    .input_name = {"q0", "q1"},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"by_q0", 2, {extent::motion, extent::nv}}, {"by_q1", 2, {extent::motion, extent::nv}}},
+    .name = "difference_jacobians", .inputs = 2, .input_list = {input::q, input::q1}, .input_name = {"q0", "q1"},
+    .results = 2, .result = {{"by_q0", 2, {extent::motion, extent::nv}}, {"by_q1", 2, {extent::motion, extent::nv}}},
     .kernels = &kernel_table::difference_jacobians,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row closed_inverse_dynamics = {
-    .name = "closed_inverse_dynamics",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"tau", 1, {extent::nv}}},
+    .name = "closed_inverse_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .needs_mass = true,
+    .results = 1, .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::closed_inverse_dynamics,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::plan,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_inverse_dynamics_with_reactions = {
-    .name = "closed_inverse_dynamics_with_reactions",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::reactions,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"tau", 1, {extent::nv}}},
+    .name = "closed_inverse_dynamics_with_reactions", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .request = request_kind::reactions, .needs_mass = true,
+    .results = 1, .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::closed_inverse_dynamics_with_reactions,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::plan,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_forward_dynamics = {
-    .name = "closed_forward_dynamics",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::tau},
-    .input_name = {"q", "v", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"a", 1, {extent::motion}}},
+    .name = "closed_forward_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+    .external = external_use::optional, .needs_mass = true,
+    .results = 1, .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::closed_forward_dynamics,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::plan,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_inverse_dynamics_derivatives = {
-    .name = "closed_inverse_dynamics_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 3,
-    .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
+    .name = "closed_inverse_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+    .results = 3, .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
     .kernels = &kernel_table::closed_inverse_dynamics_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::plan,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::plan,
 };
 
 constexpr algorithm_row closed_forward_dynamics_derivatives = {
-    .name = "closed_forward_dynamics_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::tau},
-    .input_name = {"q", "v", "tau"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = true,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 3,
-    .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
+    .name = "closed_forward_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+    .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+    .results = 3, .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
     .kernels = &kernel_table::closed_forward_dynamics_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::plan,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::plan,
 };
 
 constexpr algorithm_row reactions = {
-    .name = "reactions",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::optional,
-    .request = request_kind::reactions,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 0,
-    .result = {},
-    .kernels = &kernel_table::inverse_dynamics_with_reactions,
-    .variant_of = &inverse_dynamics_with_reactions,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::reactions,
+    .name = "reactions", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+    .external = external_use::optional, .request = request_kind::reactions,
+    .results = 0, .result = {},
+    .kernels = &kernel_table::inverse_dynamics_with_reactions, .variant_of = &inverse_dynamics_with_reactions,
+    .mimic = mimic_by::projection, .elements = elements_by::wrenches, .loops = loops_by::reactions,
 };
 
 constexpr algorithm_row bias = {
-    .name = "bias",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
+    .name = "bias", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"tau", 1, {extent::nv}}},
-    .kernels = &kernel_table::inverse_dynamics,
-    .variant_of = &inverse_dynamics,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::steady,
+    .results = 1, .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics, .variant_of = &inverse_dynamics,
+    .mimic = mimic_by::projection, .elements = elements_by::wrenches, .loops = loops_by::steady,
 };
 
 constexpr algorithm_row gravity_torque = {
-    .name = "gravity_torque",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
+    .name = "gravity_torque", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"tau", 1, {extent::nv}}},
-    .kernels = &kernel_table::inverse_dynamics,
-    .variant_of = &inverse_dynamics,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::wrenches,
-    .loops = loops_by::statics,
+    .results = 1, .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics, .variant_of = &inverse_dynamics,
+    .mimic = mimic_by::projection, .elements = elements_by::wrenches, .loops = loops_by::statics,
 };
 
 constexpr algorithm_row frame_pose = {
-    .name = "frame_pose",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "frame_pose", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::link,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"pose", 2, {extent::four, extent::four}}},
-    .kernels = &kernel_table::frame_poses,
-    .variant_of = &frame_poses,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .results = 1, .result = {{"pose", 2, {extent::four, extent::four}}},
+    .kernels = &kernel_table::frame_poses, .variant_of = &frame_poses,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_velocity = {
-    .name = "frame_velocity",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "frame_velocity", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"twist", 1, {extent::six}}},
-    .kernels = &kernel_table::frame_velocities,
-    .variant_of = &frame_velocities,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .results = 1, .result = {{"twist", 1, {extent::six}}},
+    .kernels = &kernel_table::frame_velocities, .variant_of = &frame_velocities,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_acceleration = {
-    .name = "frame_acceleration",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "frame_acceleration", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"acceleration", 1, {extent::six}}},
-    .kernels = &kernel_table::frame_accelerations,
-    .variant_of = &frame_accelerations,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .results = 1, .result = {{"acceleration", 1, {extent::six}}},
+    .kernels = &kernel_table::frame_accelerations, .variant_of = &frame_accelerations,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row stiffness = {
-    .name = "stiffness",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::optional,
-    .request = request_kind::none,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = true,
-    .results = 1,
-    .result = {{"K", 2, {extent::nv, extent::nv}}},
-    .kernels = &kernel_table::inverse_dynamics_derivatives,
-    .variant_of = &inverse_dynamics_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::effort_derivatives,
-    .loops = loops_by::refusal,
+    .name = "stiffness", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+    .external = external_use::optional, .smooth_friction = true,
+    .results = 1, .result = {{"K", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_derivatives, .variant_of = &inverse_dynamics_derivatives,
+    .mimic = mimic_by::projection, .elements = elements_by::effort_derivatives, .loops = loops_by::refusal,
 };
 
 constexpr algorithm_row frame_velocity_derivatives = {
-    .name = "frame_velocity_derivatives",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .input_name = {"q", "v"},
-    .external = external_use::none,
+    .name = "frame_velocity_derivatives", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 2,
-    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
-    .kernels = &kernel_table::frame_velocities_derivatives,
-    .variant_of = &frame_velocities_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .results = 2, .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::frame_velocities_derivatives, .variant_of = &frame_velocities_derivatives,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row frame_acceleration_derivatives = {
-    .name = "frame_acceleration_derivatives",
-    .inputs = 3,
-    .input_list = {input::q, input::v, input::a},
-    .input_name = {"q", "v", "a"},
-    .external = external_use::none,
+    .name = "frame_acceleration_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
     .request = request_kind::frame,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 3,
-    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
-    .kernels = &kernel_table::frame_accelerations_derivatives,
-    .variant_of = &frame_accelerations_derivatives,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::tree,
+    .results = 3, .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::frame_accelerations_derivatives, .variant_of = &frame_accelerations_derivatives,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::tree,
 };
 
 constexpr algorithm_row gravity_torque_regressor = {
-    .name = "gravity_torque_regressor",
-    .inputs = 1,
-    .input_list = {input::q},
-    .input_name = {"q"},
-    .external = external_use::none,
+    .name = "gravity_torque_regressor", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
     .request = request_kind::links,
-    .needs_mass = false,
-    .nan_without_mass = false,
-    .smooth_friction = false,
-    .results = 1,
-    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
-    .kernels = &kernel_table::inverse_dynamics_regressor,
-    .variant_of = &inverse_dynamics_regressor,
-    .mimic = mimic_by::projection,
-    .elements = elements_by::nothing,
-    .loops = loops_by::linear,
+    .results = 1, .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor, .variant_of = &inverse_dynamics_regressor,
+    .mimic = mimic_by::projection, .elements = elements_by::nothing, .loops = loops_by::linear,
 };
 
 constexpr const algorithm_row *all[] = {
-    &inverse_dynamics,
-    &inverse_dynamics_with_reactions,
-    &reactions,
-    &effort_parts,
-    &bias,
-    &gravity_torque,
-    &forward_dynamics,
-    &forward_dynamics_by_mass_matrix,
-    &hybrid_dynamics,
-    &velocity_jump,
-    &mass_matrix,
-    &mass_matrix_upper,
-    &mass_matrix_tree,
-    &mass_matrix_factor,
-    &mass_matrix_inverse,
-    &solve_mass_matrix,
-    &coriolis_matrix,
-    &frame_pose,
-    &frame_poses,
-    &frame_velocity,
-    &frame_velocities,
-    &frame_acceleration,
-    &frame_accelerations,
-    &point_velocity,
-    &point_acceleration,
-    &jacobian,
-    &jacobian_rate,
-    &relative_pose,
-    &relative_velocity,
-    &relative_jacobian,
-    &operational_space_inertia_inverse,
-    &operational_space_inertia,
-    &operational_space,
-    &energy,
-    &external_power,
-    &center_of_mass,
-    &center_of_mass_jacobian,
-    &center_of_mass_velocity,
-    &center_of_mass_acceleration,
-    &centroidal_momentum,
-    &centroidal_momentum_matrix,
-    &centroidal_momentum_rate,
-    &inverse_dynamics_derivatives,
-    &inverse_dynamics_gradient,
-    &stiffness,
-    &forward_dynamics_derivatives,
-    &reactions_derivatives,
-    &reactions_external_derivatives,
-    &frame_velocity_derivatives,
-    &frame_velocities_derivatives,
-    &frame_acceleration_derivatives,
-    &frame_accelerations_derivatives,
-    &energy_derivatives,
-    &centroidal_momentum_derivatives,
-    &centroidal_momentum_rate_derivatives,
-    &inverse_dynamics_second_derivatives,
-    &forward_dynamics_second_derivatives,
-    &inverse_dynamics_regressor,
-    &gravity_torque_regressor,
-    &reactions_regressor,
-    &energy_regressor,
-    &momentum_regressor,
-    &integrate,
-    &difference,
-    &interpolate,
-    &integrate_jacobians,
-    &difference_jacobians,
-    &closed_inverse_dynamics,
-    &closed_inverse_dynamics_with_reactions,
-    &closed_forward_dynamics,
-    &closed_inverse_dynamics_derivatives,
+    &inverse_dynamics, &inverse_dynamics_with_reactions, &reactions, &effort_parts, &bias, &gravity_torque, &forward_dynamics, &forward_dynamics_by_mass_matrix,
+    &hybrid_dynamics, &velocity_jump, &mass_matrix, &mass_matrix_upper, &mass_matrix_tree, &mass_matrix_factor, &mass_matrix_inverse, &solve_mass_matrix,
+    &coriolis_matrix, &frame_pose, &frame_poses, &frame_velocity, &frame_velocities, &frame_acceleration, &frame_accelerations, &point_velocity,
+    &point_acceleration, &jacobian, &jacobian_rate, &relative_pose, &relative_velocity, &relative_jacobian, &operational_space_inertia_inverse,
+    &operational_space_inertia, &operational_space, &energy, &external_power, &center_of_mass, &center_of_mass_jacobian, &center_of_mass_velocity,
+    &center_of_mass_acceleration, &centroidal_momentum, &centroidal_momentum_matrix, &centroidal_momentum_rate, &inverse_dynamics_derivatives,
+    &inverse_dynamics_gradient, &stiffness, &forward_dynamics_derivatives, &reactions_derivatives, &reactions_external_derivatives, &frame_velocity_derivatives,
+    &frame_velocities_derivatives, &frame_acceleration_derivatives, &frame_accelerations_derivatives, &energy_derivatives, &centroidal_momentum_derivatives,
+    &centroidal_momentum_rate_derivatives, &inverse_dynamics_second_derivatives, &forward_dynamics_second_derivatives, &inverse_dynamics_regressor,
+    &gravity_torque_regressor, &reactions_regressor, &energy_regressor, &momentum_regressor, &integrate, &difference, &interpolate, &integrate_jacobians,
+    &difference_jacobians, &closed_inverse_dynamics, &closed_inverse_dynamics_with_reactions, &closed_forward_dynamics, &closed_inverse_dynamics_derivatives,
     &closed_forward_dynamics_derivatives,
 };
 

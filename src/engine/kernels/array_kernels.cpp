@@ -82,6 +82,12 @@ constexpr size_t large = size_t(8) << 20;
 /// As rows_2, for a contiguous result that is not an input.  Whole cache lines are written by stores that bypass the caches,
 /// which then need not read these lines first.  Saves 8 to 13 %.
 template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
+///
+///     out      │ ·foreign· x x x │ x x x x x x │ x x x x x x │ x x         each cell a cache line, of which `to` is the first that isn't full
+///     buffer   │           x x x │ x x x x x x │ x x x x x x │ x x
+///                       copied          past the caches        waiting     for the items to come, at the beginning of the buffer
+///
+/// What is foreign was there before, and isn't written.
 void streamed_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out) {
   constexpr size_t some = 128;
   alignas(cache_line) char buffer[cache_line + some * numbers<O> * sizeof(T)]; // begins where a line begins in `out`
@@ -131,7 +137,7 @@ void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_s
   any_size_2<Function, T, native_lanes<T>, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
 }
 
-/// The same for functions of one input.
+/// Blocks of functions of one input.
 template <class Function, class T, int W, template <class> class A, template <class> class O>
 void blocks_1(size_t blocks, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
   using P = pack<T, W>;

@@ -72,6 +72,8 @@ struct processor {
   static bool all(unsigned word, unsigned bits) { return (word & bits) == bits; }
 };
 
+// Levels of the x86-64 psABI, by features that tell them apart.  Instructions are illegal whose registers the system doesn't save: xgetbv says whether it saves
+// xmm and ymm (bits 1 and 2), and for v4 the mask registers and both parts of zmm (bits 5 to 7; Intel's manual, volume 1, chapter 13).
 [[maybe_unused]] bool has_v2() { return processor::all(processor().first, bit_SSE4_2 | bit_POPCNT); }
 
 [[maybe_unused]] bool has_v3() {

@@ -1,4 +1,4 @@
-// Ways to compute and store results that are faster, for some algorithms, than whole_results of engine/kernel.hpp.  A row of
+// Ways to compute and store results that are faster, for some algorithms, than whole_results of engine/kernels/kernel.hpp.  A row of
 // api/algorithms/ names the form of its results.
 #pragma once
 
@@ -18,6 +18,10 @@ template <class P> struct chosen_columns : summed_columns<P> {
 };
 
 /// A symmetric matrix (nv, nv).  In lanes Algorithm::elements computes what the shape of the tree lets differ from zero (tree_rows.hpp).
+///
+///     element = [ 0 | row 0 of the tree | row 1 | … ]     number (nv, nv): for each place of the matrix the element that it has, 0 where it is zero
+///
+/// The list is made at the first block, and serves all.
 template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   template <class P> struct lanes {
     P *element;  ///< zero, and then those of the tree
@@ -71,6 +75,12 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
 /// Stores the upper triangles of matrices n × n from the row on that has `columns` of them; `next` returns its packs.  Rows are stored in
 /// chunks of K columns.  The last chunk of a row may begin before the one before it ends: the same numbers are then stored twice, which
 /// takes less than columns one by one.
+///
+///     n = 5, K = 4      x x x x x     columns 0 … 3 and 1 … 4
+///                         x x x x     0 … 3
+///                           x x x     K = 2: 0 and 1, 1 and 2
+///                             x x     0 and 1
+///                               x     K = 1
 template <int K, class T, int W>
 KSL_LANES void store_triangles(chosen_columns<pack<T, W>> &next, index n, index columns, int last_row, T *rows,
                                std::ptrdiff_t stride) {
@@ -136,6 +146,10 @@ template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
 
 /// Accelerations.  Algorithm::reduce computes all but the last pass.  That is computed for two blocks at a time: each of its operations
 /// waits for the one before.
+///
+///     block 0   reduce into `other`                               any_waiting
+///     block 1   reduce into w, last pass of 0 and of 1, store     none waits
+///     block 2   reduce into `other`                               any_waiting; if it is the last one, finish() does its last pass
 template <class Algorithm> struct accelerations : whole_results<Algorithm> {
   template <class P> struct lanes {
     using S = scalar_of<P>;

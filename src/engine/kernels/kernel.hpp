@@ -1,6 +1,14 @@
 // The kernels of an algorithm for one instruction set: one state, and states in lanes.  Included by the files of
 // src/engine/kernels/algorithms/, each of which is compiled once for each set.  Don't use std containers here: their functions are
 // weak symbols, which the linker would merge between the sets.
+//
+// A batch lies in rows, a state each; a block of W states lies in packs, a state in each lane.  Blocks are computed one after the other in the same
+// memory, [ workspace | inputs of a block | results of a block ], every number of it a pack:
+//
+//     rows                          packs of W = 4
+//     state k      q0 q1 q2 …       q0 of the states k … k + 3
+//     state k + 1  q0 q1 q2 …   ⇄   q1 of these
+//     …                             …                           transposed by load_rows and store_rows (ksl/engine/lanes/transpose.hpp)
 #pragma once
 
 #include "engine/kernels/algorithm.hpp"
@@ -34,6 +42,7 @@ template <class T> struct sums {
   /// at each result.
   bool ordinary() const {
     using S = scalar_of<T>;
+    // squares of large_result (states/ordinary_results.hpp), or what is near the end of the range, where sums of finite numbers may overflow
     const S most = squared ? S(1e20) : sizeof(S) == 8 ? S(1e300) : S(1e38);
     const T all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     bool found = true;
@@ -123,7 +132,7 @@ template <class Algorithm, class T> using workspace_of = typename Algorithm::tem
 
 namespace forms {
 
-/// The usual form: results are computed whole and then stored.  Other forms are in engine/forms.hpp.
+/// The usual form: results are computed whole and then stored.  Other forms are in engine/kernels/forms.hpp.
 template <class Algorithm> struct whole_results {
   template <class T>
   static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w,

@@ -59,7 +59,7 @@ template <class S> struct state_in_batch {
   }
 };
 
-/// The same with copies of its inputs, since a result may be written in place over an argument; with zeros for inputs that the batch lacks,
+/// One state of a batch with copies of its inputs, since a result may be written in place over an argument; with zeros for inputs that the batch lacks,
 /// and room for results that it doesn't want.  The row is the one whose kernels compute.
 template <class S> struct copied_state {
   S *numbers[most_inputs], *unwanted[most_results];

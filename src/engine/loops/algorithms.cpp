@@ -1,11 +1,21 @@
+// How states go, each step taking what the one before left over:
+//
+//     one state     run_alone, the kernel on the caller's arrays → closed_by_plan with copies → runner: closed_state, with pivots of the state's own
+//     a batch       closed_by_plan, `most` states at a time in lanes → runner, state by state
+//     linear rows   linear_by_plan, in runner → wrenches_on_links, with pivots of the state's own
+//
+// What is left after the last step has no result: NaN, of which reason() makes a sentence by running it again.
 #include "engine/loops/algorithms.hpp"
 
 #include "engine/kernels/one_state.hpp"
 #include "engine/loops/closed_by_plan.hpp"
 #include "engine/loops/closed_state.hpp"
 #include "engine/loops/findings.hpp"
+#include "engine/loops/linear_by_plan.hpp"
+#include "engine/loops/motion_by_plan.hpp"
 #include "engine/loops/loop_reaction.hpp"
 #include "engine/loops/wrenches_on_links.hpp"
+#include "engine/mimic/mechanism_kernel.hpp"
 
 #include <cmath>
 #include <limits>
@@ -15,11 +25,58 @@
 namespace ksl::loops {
 namespace {
 
+/// Kernels for batches, over the model without weight and without physics of joints; and its motion by the plan.
+class weightless_kernels {
+public:
+  explicit weightless_kernels(const model &m) : m_(m), view_(m.view()) {
+    view_.gravity = {0, 0, 0};
+    view_.physics = nullptr;
+  }
+  void measure(const algorithm_row &row, const batch_view<double> &part) {
+    bytes_ = std::max(bytes_, kernel(row).batch_bytes(part));
+  }
+  void lay_out(arena &memory) {
+    memory_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(bytes_));
+    motion_.lay_out(memory, view_);
+    q_ = memory.take<double>(view_.nq), G_ = memory.take<double>(std::ptrdiff_t(view_.nv) * view_.loops->freedoms);
+  }
+  void call(const algorithm_row &row, const batch_view<double> &part) const { kernel(row).batch(part, memory_); }
+  /// G at q, its rows those of users' coordinates: the expanded mechanism has as many freedoms, since followers depend on their leaders.
+  double set_G(const double *q, double *G) const {
+    if (m_.followers() == 0)
+      return motion_.set(view_, q, G);
+    const coupling_view<double> &coupling = m_.coupling_in<double>();
+    expand_position(coupling, q, q_);
+    const double fault = motion_.set(view_, q_, G_);
+    const int f = view_.loops->freedoms;
+    for (int i = 0; i < coupling.nv; ++i)
+      std::copy_n(G_ + std::ptrdiff_t(coupling.in_v[i]) * f, f, G + std::ptrdiff_t(i) * f);
+    return fault;
+  }
+  /// The coordinate of users that is one of the expanded mechanism.
+  int own(int coordinate) const {
+    if (m_.followers() == 0)
+      return coordinate;
+    const coupling_view<double> &coupling = m_.coupling_in<double>();
+    return static_cast<int>(std::find(coupling.in_v, coupling.in_v + coupling.nv, coordinate) - coupling.in_v);
+  }
+
+private:
+  mimic::mechanism_kernel<double> kernel(const algorithm_row &row) const { return {row, m_, view_}; }
+
+  const model &m_;
+  model_view<double> view_;
+  std::size_t bytes_ = 0;
+  void *memory_ = nullptr;
+  motion_by_plan<double> motion_;
+  double *q_ = nullptr, *G_ = nullptr; ///< of the expanded mechanism
+};
+
 /// Computes one state in double precision; inputs are copied, so that results may lie where they were.
 template <class S> class runner {
 public:
   runner(const algorithm_row &row, const model &m, room wanted)
-      : row_(row), m_(m), room_(wanted), c_(m, accepted_of<S>) {}
+      : row_(row), m_(m), room_(wanted), c_(m, accepted_of<S>), by_plan_(row, m, weightless_kernels(m)) {}
 
   void lay_out(arena &memory) {
     const int nq = m_.nq(), nv = m_.nv();
@@ -30,6 +87,8 @@ public:
     requested_.lay_out(memory, m_, room_.joints);
     if (row_.loops == loops_by::linear)
       on_links_.lay_out(memory, m_, room_);
+    if (is_linear_by_plan())
+      by_plan_.lay_out(memory, room_);
   }
 
   finding run(const state_view<S> &s) {
@@ -37,6 +96,8 @@ public:
     copy(s.external.wrench, 6 * s.external.n, wrenches_);
     const external_wrenches<double> e = {s.external.n, s.external.link, wrenches_, s.external.axes};
     is_finite_ = true;
+    if (is_linear_by_plan() && set_linear_by_plan(s))
+      return {};
     finding fault = c_.set_position(q_);
     if (!fault)
       fault = compute(e, s);
@@ -75,8 +136,10 @@ private:
     case loops_by::efforts: fault = c_.inverse_dynamics(q_, v_, a_, e, result_); break;
     case loops_by::statics: fault = c_.inverse_dynamics(q_, nullptr, nullptr, e, result_); break;
     case loops_by::steady:
-      if (fault = c_.steady_acceleration(q_, v_, a_); !fault)
+      if (fault = c_.steady_acceleration(q_, v_, a_); !fault) {
+        c_.stop_idle_bodies(q_, v_, a_, true);
         fault = c_.inverse_dynamics(q_, v_, a_, e, result_);
+      }
       break;
     case loops_by::accelerations: fault = c_.forward_dynamics(q_, v_, tau_, e, result_); break;
     case loops_by::jump: fault = c_.velocity_jump(q_, e, result_); break;
@@ -105,6 +168,7 @@ private:
     view.q = q_, view.v = v_, view.a = a_, view.external = e, view.result[0] = result_;
     c_.at().tree().call(rows::effort_parts, c_.at().rest(), view);
     for (int i = 0; i < nv; ++i) {
+      // (5, nv): transmitted, damping, friction, rotor, spring (effort_parts.hpp).  The last four are each joint's own, as in the tree
       result_[i] = tau_[i];
       for (int part = 1; part < 5; ++part)
         result_[i] -= result_[part * nv + i];
@@ -136,6 +200,19 @@ private:
     return {};
   }
 
+  /// Single states are closed to fewer digits than the plan takes.
+  bool is_linear_by_plan() const {
+    return row_.loops == loops_by::linear && sizeof(S) == sizeof(double) && linear_suits(row_, m_.view());
+  }
+  bool set_linear_by_plan(const state_view<S> &s) {
+    state_view<double> of;
+    of.q = q_, of.v = v_, of.a = a_, of.links = s.links, of.joints = s.joints;
+    if (by_plan_.run(of, m_.view().gravity) * 0 != 0)
+      return false;
+    store(by_plan_.found(), numbers_of(row_.result[0], extents_of(m_, s)), s.result[0]);
+    return true;
+  }
+
   const algorithm_row &row_;
   const model &m_;
   const room room_;
@@ -144,6 +221,7 @@ private:
   bool is_finite_ = true;
   requested_reactions requested_;
   wrenches_on_links on_links_;
+  linear_by_plan<double, weightless_kernels> by_plan_;
 };
 
 } // namespace
@@ -244,6 +322,8 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
 }
 
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
+  // Three ways, each where the one before has no result: the plan's kernel, on the state as it is; the plan, with copies and what force elements
+  // and parts of efforts need around it; elimination with pivots of the state's own (closed_state), which alone can say why there is none.
   if (run_alone(row, m, memory, s))
     return true;
   arena pieces(memory);

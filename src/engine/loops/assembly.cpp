@@ -1,7 +1,15 @@
+// How a closed position is found, q ⊕ dv being a step of the joints (rows::integrate):
+//
+//     descend        Gauss–Newton: q ← q ⊕ s · dv, dv the shortest with K dv = −e, s halved until the
+//                    largest error falls (Nocedal and Wright, Numerical Optimization, 3.1 and 10.3)
+//     search         the same from other starts, where that ends in a minimum that isn't zero
+//     move_nearer    along the closed positions: descend ends at one of many where the mechanism has freedoms, not at the nearest to the start
 #include "engine/loops/assembly.hpp"
 
+#include "engine/loops/idle_bodies.hpp"
 #include "ksl/engine/model/joints.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -11,18 +19,52 @@ namespace ksl::loops {
 void assembly::lay_out(arena &memory) {
   const int nq = m_.nq(), nv = m_.nv(), rows = t_.rows;
   g_.lay_out(memory);
-  solve_.lay_out(memory, rows, nv);
+  const int spins = static_cast<int>(t_.idle.size());
+  solve_.lay_out(memory, rows + spins, nv);
+  with_spins_ = memory.take<double>(spins > 0 ? (rows + spins + 6) * nv : 0);
+  scales_ = memory.take<double>(spins > 0 ? rows + spins : 0);
   eliminate_.lay_out(memory, rows, nv);
-  error_ = memory.take<double>(rows), right_ = memory.take<double>(rows), step_ = memory.take<double>(nv);
+  error_ = memory.take<double>(rows), right_ = memory.take<double>(rows + spins), step_ = memory.take<double>(nv);
   trial_ = memory.take<double>(nq), far_ = memory.take<double>(nv), kept_ = memory.take<double>(nq);
   begin_ = memory.take<double>(nq), other_ = memory.take<double>(nq);
   tangent_ = memory.take<double>(nv), kept_step_ = memory.take<double>(nv), fixed_ = memory.take<unsigned char>(nv),
   reached_ = memory.take<double>(1);
 }
 
-completion assembly::complete(const double *near, const unsigned char *given, const double *b, double *x,
-                              double terms) {
+/// The equations of loops, and below them for each idle body, none of whose coordinates are given, one by which it doesn't spin: its right side is at the
+/// end of right_.  That of a body whose coordinates are given is empty.
+const double *assembly::with_spins(const request &at, const unsigned char *given) {
+  const int nv = m_.nv(), rows = t_.rows, all = rows + static_cast<int>(t_.idle.size());
+  //     with_spins_ (rows + idle bodies + 6, nv) = [ K | a row n · J_ω for each idle body | memory for one Jacobian ]
+  double *const jacobian = with_spins_ + all * nv;
+  std::copy_n(g_.jacobian(), rows * nv, with_spins_);
+  std::copy_n(t_.row_scale.data(), rows, scales_);
+  for (int i = rows; i < all; ++i) {
+    const idle_body &body = t_.idle[static_cast<std::size_t>(i - rows)];
+    double *const row = with_spins_ + i * nv;
+    std::fill_n(row, nv, 0.0);
+    scales_[i] = t_.length, right_[i] = 0;
+    if (std::any_of(body.moved.begin(), body.moved.end(), [given](int v) { return given[v]; }))
+      continue;
+    set_spin_row(g_.tree(), g_.rest(), body, at.q, jacobian, row);
+    // n · ω̇ = rate at a = 0 + row · a has to be zero, with a = near + step; for velocities likewise row · (near + step) = 0
+    if (at.v)
+      right_[i] -= spin_rate(g_.tree(), g_.rest(), body, at.q, at.v, tangent_);
+    for (int j = 0; j < nv; ++j)
+      right_[i] -= row[j] * at.near[j];
+  }
+  return with_spins_;
+}
+
+completion assembly::complete_velocity(const double *q, const double *near, const unsigned char *given, double *x) {
+  g_.set_position(q);
+  return complete({q, nullptr, near}, given, nullptr, x);
+}
+
+completion assembly::complete(const request &at, const unsigned char *given, const double *b, double *x, double terms) {
+  const double *const near = at.near;
   const int nv = m_.nv(), rows = t_.rows;
+  // K (near + step) = b with the shortest step: x is the solution nearest to `near`
   g_.velocity(near, right_, nullptr);
   for (int i = 0; i < rows; ++i) {
     right_[i] = (b ? b[i] : 0) - right_[i];
@@ -30,7 +72,11 @@ completion assembly::complete(const double *near, const unsigned char *given, co
   }
   for (int j = 0; j < nv; ++j)
     terms = std::max(terms, g_.size() * std::fabs(near[j]) / t_.column_scale[static_cast<std::size_t>(j)]);
-  solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.zero(), right_, step_);
+  if (at.q && !t_.idle.empty() && std::any_of(given, given + nv, [](unsigned char is_given) { return is_given; }))
+    solve_.solve(with_spins(at, given), rows + static_cast<int>(t_.idle.size()), nv, scales_, given, g_.zero(), right_,
+                 step_);
+  else
+    solve_.solve(g_.jacobian(), rows, nv, t_.row_scale.data(), given, g_.zero(), right_, step_);
   int free = 0;
   for (int j = 0; j < nv; ++j) {
     free += !given[j];
@@ -52,7 +98,7 @@ completion assembly::complete_acceleration(const double *q, const double *v, con
     error_[i] = -error_[i];
     terms = std::fmax(terms, right_[i] * t_.row_scale[static_cast<std::size_t>(i)]);
   }
-  return complete(near, given, error_, x, terms);
+  return complete({q, v, near}, given, error_, x, terms);
 }
 
 /// Frames and Jacobian at q; error_, and its largest component as a length.
@@ -139,6 +185,7 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
     for (int i = 0; i < t_.rows; ++i)
       right_[i] = -error_[i];
     set_step();
+    // the equations contradict each other here, to first order, by half of the error or more: no step closes them
     lost_rank_ = !is_determined_ && solve_.residual > 0.5 * error;
     double share = longest_share(), trial = 0;
     bool fell = false;
@@ -147,6 +194,7 @@ bool assembly::descend(double *q, int iterations, const close_options &options) 
       if (options.limits && keep_limits(trial_))
         at_limits_ = true;
       trial = set_error(trial_);
+      // Armijo's condition: by a share of what the step would close if the loops were linear
       fell = trial < error * (1 - 1e-4 * share) || trial <= wanted;
       share /= 2;
     }
@@ -171,6 +219,7 @@ double assembly::way_back(const double *start, const double *q, double &far) {
     for (int j = 0; j < nv; ++j)
       right_[i] += g_.jacobian()[i * nv + j] * far_[j];
   }
+  // step = K⁺ K d − d = −(1 − K⁺ K) d: back along d = q ⊖ start, without what K sees of it, which would open the loops
   solve_.solve(g_.jacobian(), t_.rows, nv, t_.row_scale.data(), fixed_, g_.size() * rank_within(t_, 0), right_, step_);
   double along = 0;
   for (int j = 0; j < nv; ++j) {

@@ -30,17 +30,28 @@ public:
   /// As ksl::close; out may be q.
   closing close(const double *q, const unsigned char *hold, const close_options &options, double *out, double *error);
 
-  /// x (nv) with K x = b for all equations and the given coordinates as in `near`, nearest to it; x may be `near`.  b null: zero.  terms: of b
-  /// before they cancelled, as lengths.
-  completion complete(const double *near, const unsigned char *given, const double *b, double *x, double terms = 0);
+  /// Velocities x (nv) at q with K x = 0 and the given coordinates as in `near`, nearest to it; x may be `near`.  Where coordinates are given, an idle
+  /// body none of whose coordinates are has no spin.
+  completion complete_velocity(const double *q, const double *near, const unsigned char *given, double *x);
 
-  /// The same for accelerations at q and v: K x = −K̇ v.
+  /// The same at the position that is set, idle bodies nearest to `near`, too.
+  completion nearest_velocity(const double *near, const unsigned char *given, double *x) {
+    return complete({nullptr, nullptr, near}, given, nullptr, x);
+  }
+
+  /// Accelerations at q and v: K x = −K̇ v, and idle bodies as for velocities.
   completion complete_acceleration(const double *q, const double *v, const double *near, const unsigned char *given,
                                    double *x);
 
   geometry &at() { return g_; }
 
 private:
+  struct request {
+    const double *q, *v, *near; ///< q null: idle bodies may spin; v null: `near` are velocities
+  };
+  /// x (nv) with K x = b for all equations.  b null: zero.  terms: of b before they cancelled, as lengths.
+  completion complete(const request &at, const unsigned char *given, const double *b, double *x, double terms = 0);
+  const double *with_spins(const request &at, const unsigned char *given);
   double set_error(const double *q);
   void set_step();
   double longest_share() const;
@@ -60,7 +71,8 @@ private:
   least_norm solve_;
   elimination eliminate_;
   double *error_ = nullptr, *right_ = nullptr, *step_ = nullptr, *trial_ = nullptr, *far_ = nullptr, *kept_ = nullptr,
-         *begin_ = nullptr, *other_ = nullptr, *tangent_ = nullptr, *kept_step_ = nullptr;
+         *begin_ = nullptr, *other_ = nullptr, *tangent_ = nullptr, *kept_step_ = nullptr, *with_spins_ = nullptr,
+         *scales_ = nullptr;
   unsigned char *fixed_ = nullptr;
   double *reached_ = nullptr; ///< error after `descend`
   bool at_limits_ = false, lost_rank_ = false, is_determined_ = false;

@@ -1,3 +1,15 @@
+// Which kernel computes what, and what it gets in place of the arguments.  `steady` makes the plan find accelerations itself:
+//
+//     loops_by        kernel                                   motion
+//     efforts         closed_inverse_dynamics                  q, v, a
+//     parts           the same, and the tree's effort_parts    q, v, a
+//     statics         closed_inverse_dynamics                  q; v and a are zero
+//     steady          closed_inverse_dynamics, view.steady     q, v; a are those at which independent coordinates have none
+//     reactions       closed_inverse_dynamics_with_reactions   q, v, a
+//     accelerations   closed_forward_dynamics                  q, v, tau
+//     jump            closed_forward_dynamics, no gravity      q, external wrenches for impulses; v and tau are zero: M Δv = Σ Jᵀ p as M a = Σ Jᵀ f
+//
+// parts_ (states, 5, nv): transmitted, damping, friction, rotor, spring (effort_parts.hpp).
 #include "engine/loops/closed_by_plan.hpp"
 
 #include "engine/mimic/mechanism_kernel.hpp"
@@ -16,6 +28,7 @@ template <class S> bool determines_efforts(const loop_view<S> &loops) {
 }
 
 template <class S> bool are_numbers(const S *x, std::ptrdiff_t n) {
+  // 0 x is NaN for NaN and infinities, and 0 for all others
   S sum = 0;
   for (std::ptrdiff_t k = 0; k < n; ++k)
     sum += x[k] * S(0);
@@ -45,6 +58,13 @@ template <class S> bool plan_suits(loops_by by, const model_view<S> &view, bool 
   case loops_by::reactions: return determines_efforts(*loops);
   default: return false;
   }
+}
+
+bool linear_suits(const algorithm_row &row, const model_view<double> &view) {
+  if (!view.loops || view.nv == 0)
+    return false;
+  return row.request == request_kind::joints ? determines_efforts(*view.loops)
+                                             : view.loops->drives_are_independent && view.loops->freedoms > 0;
 }
 
 template <class S> bool closed_by_plan<S>::suits() const { return plan_suits(row_.loops, view_, forces_.ends() > 0); }
@@ -121,6 +141,7 @@ void closed_by_plan<S>::set_parts(const batch_view<S> &batch, batch_view<S> part
       continue;
     S *const own = parts_ + i * parts * nv, *const tau = numbers_ + i * nv;
     for (std::ptrdiff_t k = 0; k < nv; ++k) {
+      // parts sum up to the efforts: the first is what the others, which are each joint's own, leave
       own[k] = tau[k];
       for (int p = 1; p < parts; ++p)
         own[k] -= own[p * nv + k];
@@ -135,6 +156,7 @@ template <class S> void closed_by_plan<S>::run(const batch_view<S> &batch, std::
   if (forces_.ends() > 0)
     forces_.set(batch, first, n);
   batch_view<S> part = part_of(batch, first, n);
+  // to memory of its own: the caller's result may lie where an argument is, which closed_state needs where the plan doesn't fit
   part.result[0] = {numbers_, nv};
   part.reactions_n = 0, part.reactions = reactions_;
   for (int r = 0; r < batch.reactions_n; ++r)

@@ -28,6 +28,8 @@ struct finding {
     acceleration, ///< accelerations don't
     no_drives,    ///< nobody said which joints have motors
     few_drives,   ///< the drives leave freedoms
+    idle_effort,  ///< a body that turns idly needs an effort
+    no_column,    ///< a result exists only where drives leave no freedom, not even of idle bodies
     more_drives,  ///< they are more than the freedoms, where they must be as many
     massless      ///< a freedom moves no mass
   } what = kind::none;
@@ -58,12 +60,12 @@ public:
     int n;
   };
 
-  /// Frames, Jacobian and elimination, which prefers the drives; a finding if a loop is open there.
-  finding set_position(const double *q) { return set_position(q, drives()); }
+  /// Frames, Jacobian and elimination, which prefers tables::kept; a finding if a loop is open there.
+  finding set_position(const double *q) { return set_position(q, kept()); }
   finding set_position(const double *q, preferred kept);
 
   /// Elimination alone, wherever the loops are.
-  void set_open_position(const double *q) { set_open_position(q, drives()); }
+  void set_open_position(const double *q) { set_open_position(q, kept()); }
   void set_open_position(const double *q, preferred kept);
 
   /// From here on: as if the mechanism had no weight, no physics of joints and no force elements.
@@ -84,6 +86,10 @@ public:
   /// The accelerations (nv) at rest of the independent coordinates; with gains, those that correct errors of the loops.
   finding steady_acceleration(const double *q, const double *v, double *a, const stabilisation *gains = nullptr);
 
+  /// Takes the angular accelerations of idle bodies along their lines off a (nv), where these bodies' coordinates are independent; of all, or of those that
+  /// move no mass.
+  void stop_idle_bodies(const double *q, const double *v, double *a, bool all);
+
   finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
                            double *a, const stabilisation *gains = nullptr);
 
@@ -92,7 +98,7 @@ public:
 
   /// Replaces the multipliers, which balance, by those of least energy in the joints that have compliances, and among these, which are all
   /// where no joint has one, by those of least norm: the sum of the squares of all joints' wrenches, each at its frame on the side called
-  /// child, in N and N m.
+  /// child, in N and N m.  Before all of that, by those of least norm along directions in which nothing resists: zero where that balances.
   void set_reactions(const double *q, const double *v, const double *a, const external_wrenches<double> &e);
 
   /// Patterns of wrenches that may be added, orthonormal over all joints, each (joints + loops, 6): as many as there are redundant equations.
@@ -118,15 +124,17 @@ public:
   int joints() const { return static_cast<int>(m_.joints().size()); }
   const double *multipliers() const { return lambda_; }
 
-  /// The same with elements of G, (nv, freedoms), and its product with the efforts of a tree.
+  /// Elements of G, (nv, freedoms).
   const double *G() const { return G_; }
   double G(int v, int free) const { return G_[v * k_.freedoms() + free]; }
 
   /// Sets τ_d with Gᵀ E τ_d = Gᵀ y; of least norm where there are more drives than freedoms.
   finding efforts_of_drives(const double *y, double *tau);
 
-  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) is replaced.
-  finding solve_inertia(const double *q, double *r);
+  /// Solves Gᵀ M G x = r, with the mass matrix at q; r (freedoms) = Gᵀ y is replaced.  The motion of an idle body that moves no mass
+  /// is left as it is, if y has no effort along it.
+  finding solve_inertia(const double *q, double *r, const double *y);
+  bool has_massless_idle() const { return has_massless_idle_; }
   void solve_again(double *r) const;
 
   /// The multipliers of a motion under efforts tau (nv), which balance.
@@ -137,7 +145,9 @@ private:
   finding check(finding::kind what, const double *values, const double *terms, bool lengths) const;
   void set_G();
   finding efforts_of_least_norm(double *wanted, double *tau);
-  preferred drives() const { return {t_.is_driven.data(), static_cast<int>(t_.drives.size())}; }
+  preferred kept() const { return {t_.is_kept.data(), static_cast<int>(t_.kept.size())}; }
+  double rounding_of_idle(const idle_body &body, const double *y) const;
+  finding no_effort_of_idle(const double *y, double *tau) const;
   const model &m_;
   const tables &t_;
   geometry g_;
@@ -147,17 +157,17 @@ private:
   double *rows_[3] = {}, *lambda_ = nullptr, *null_lambda_ = nullptr;
   double *zero_ = nullptr, *tree_ = nullptr, *left_ = nullptr, *a0_ = nullptr, *G_ = nullptr, *M_ = nullptr,
          *MG_ = nullptr, *H_ = nullptr, *small_ = nullptr;
-  void set_energies(int patterns);
-  double energy(const double *x, const double *y) const;
-  double least_energy() const;
+  int take_apart(const tables::matrices_of_joints &metric, int patterns);
   reaction_request all_joints() const;
 
-  bool has_weight_ = true;
-  int patterns_known_ = -1; ///< how many of the present position have been set
+  bool has_weight_ = true, has_massless_idle_ = false;
+  unsigned char *massless_ = nullptr; ///< (freedoms) is it the motion of an idle body that moves no mass
+  int patterns_known_ = -1;           ///< how many of the present position have been set
   double *reactions_ = nullptr, *patterns_ = nullptr;
   double *energy_ = nullptr; ///< (patterns, patterns) of patterns with each other
   double *stiff_ = nullptr;  ///< (patterns) those of each with itself, once they are diagonal
   int open_ = 0;             ///< patterns without energy
+  int free_ = 0;             ///< patterns, the first ones, without a wrench along directions in which nothing resists
   double *wrenches_ = nullptr, *at_joints_ = nullptr;
   int *wrench_links_ = nullptr, *joint_links_ = nullptr;
 };

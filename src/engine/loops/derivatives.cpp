@@ -1,3 +1,6 @@
+// Matrices (nv, freedoms) have a column for each independent coordinate.  Results that list variations have one for each kind, coordinate and part:
+//
+//     motions (3, freedoms, 3, nv) = [ by q_i of the first coordinate: dq, dv, da | by q_i of the second | … | by v_i … | by a_i … ]
 #include "engine/loops/derivatives.hpp"
 
 #include "engine/mimic/mechanism_kernel.hpp"
@@ -44,12 +47,17 @@ void closed_derivatives::follow(const double *by_q, const double *by_v, const do
 }
 
 void closed_derivatives::set_motions() {
+  // K v = 0 and K a + K̇ v = 0 along the mechanism, at dq = G dq_i and dv = G dv_i:
+  //     K dv/dq_i = −∂(K v)/∂q G
+  //     K da/dq_i = −∂(K a + K̇ v)/∂q G − ∂(K̇ v)/∂v dv/dq_i
+  //     K da/dv_i = −∂(K̇ v)/∂v G
   follow(by_.velocity_by_q(), nullptr, nullptr, v_by_q_);
   follow(by_.acceleration_by_q(), by_.acceleration_by_v(), v_by_q_, a_by_q_);
   follow(by_.acceleration_by_v(), nullptr, nullptr, a_by_v_);
 }
 
 closed_derivatives::varied closed_derivatives::motion(int kind) const {
+  // columns by q_i, v_i and a_i; da/da_i = G, since K da = 0
   const varied all[kinds] = {{c_.G(), v_by_q_, a_by_q_}, {nullptr, c_.G(), a_by_v_}, {nullptr, nullptr, c_.G()}};
   return all[kind];
 }
@@ -96,6 +104,8 @@ finding closed_derivatives::inverse_dynamics(const double *q, const double *v, c
   if (const finding fault = c_.inverse_dynamics(q, v, a, e, tau_))
     return fault;
   const int f = c_.solved().freedoms(), nv = m_.nv();
+  if (!t_.idle.empty())
+    return {finding::kind::no_column, t_.idle[0].coordinate, 0, 0, f};
   if (static_cast<int>(t_.drives.size()) != f)
     return {finding::kind::more_drives, -1, 0, 0, f};
   set_tree(q, v, a, e);
@@ -116,10 +126,13 @@ finding closed_derivatives::reaction_variations(const double *q, const double *v
   if (const finding fault = c_.inverse_dynamics(q, v, a, e, tau_))
     return fault;
   const int f = c_.solved().freedoms(), nv = m_.nv(), loops = static_cast<int>(t_.loops.size());
+  if (!t_.idle.empty())
+    return {finding::kind::no_column, t_.idle[0].coordinate, 0, 0, f};
   if (static_cast<int>(t_.drives.size()) != f)
     return {finding::kind::more_drives, -1, 0, 0, f};
   set_tree(q, v, a, e);
   for (int kind = 0; kind < kinds; ++kind) {
+    // The variation of (1): Kᵀ dλ = dE − E dτ_d with dE what set_efforts has.  Dependent coordinates have no drive, so that dE alone determines dλ.
     set_efforts(motion(kind)); // Kᵀ dλ at coordinates without a drive
     for (int j = 0; j < f; ++j) {
       for (int i = 0; i < nv; ++i)
@@ -138,12 +151,16 @@ finding closed_derivatives::forward_dynamics(const double *q, const double *v, c
                                              double *by_tau) {
   if (const finding fault = c_.forward_dynamics(q, v, tau, e, a_))
     return fault;
+  if (c_.has_massless_idle())
+    return {finding::kind::massless, t_.idle[0].coordinate, 0, 0, c_.solved().freedoms()};
   c_.set_multipliers(q, v, a_, tau, e);
   set_tree(q, v, a_, e);
   const int f = c_.solved().freedoms(), nv = m_.nv();
   std::copy_n(c_.G(), nv * f, solved_); // G (Gᵀ M G)⁻¹, with the factors that forward dynamics has left
   for (int i = 0; i < nv; ++i)
     c_.solve_again(solved_ + i * f);
+  // a_i are those at which Gᵀ (b + M a − Kᵀ λ) = Gᵀ τ.  With db what a variation does to these efforts where the a_i stay,
+  //     Gᵀ M G da_i = −Gᵀ db,   da = (da where a_i stay) + G da_i;   by τ: da = G (Gᵀ M G)⁻¹ Gᵀ.
   double *const out[] = {by_q, by_v};
   for (int kind = 0; kind < 2; ++kind) {
     set_efforts(motion(kind));
@@ -190,6 +207,7 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
   arena memory(d && needed <= d->bytes() ? d->memory() : thread_memory(kept_for::workspace, needed));
   for (int r = 0; r < 3; ++r)
     s.result[r] = memory.take<double>(numbers[r]);
+  // the kernel's workspace is what is left behind the pieces; take(0) is where it begins
   if (!kernel.state(memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
     return false;
   for (int r = 0; r < 3; ++r)

@@ -57,12 +57,12 @@ private:
   variation by_;
   double *by_q_ = nullptr, *by_v_ = nullptr, *M_ = nullptr;          ///< (nv, nv) of the tree
   double *v_by_q_ = nullptr, *a_by_q_ = nullptr, *a_by_v_ = nullptr; ///< (nv, freedoms)
-  double *efforts_ = nullptr, *projected_ = nullptr, *solved_ = nullptr,
-         *rates_ = nullptr;                                  ///< (nv, freedoms), but for rates
+  /// (nv, freedoms), but for rates
+  double *efforts_ = nullptr, *projected_ = nullptr, *solved_ = nullptr, *rates_ = nullptr;
   double *a_ = nullptr, *tau_ = nullptr, *column_ = nullptr; ///< (nv)
 };
 
-/// The same by the model's plan, whose independent coordinates are the drives, of forward dynamics or of inverse dynamics.  by_x: by efforts
+/// Derivatives by the model's plan, whose independent coordinates are the drives, of forward dynamics or of inverse dynamics.  by_x: by efforts
 /// (nv, nv), or by accelerations.  d may be null.  Returns false, and leaves the results as they are, where there is no plan or the state doesn't fit it.
 bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s, double *by_q, double *by_v,
                     double *by_x);
@@ -70,7 +70,7 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
 /// How many columns these derivatives have; 0 where there is no plan for them.
 int freedoms_by_plan(const model &m);
 
-/// The same of a batch, with its three results, in lanes.  done (batch.n): has the state its results; those of others are to be written
+/// Derivatives of a batch, with its three results, in lanes.  done (batch.n): has the state its results; those of others are to be written
 /// over.
 void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done);
 

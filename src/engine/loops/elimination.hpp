@@ -3,6 +3,22 @@
 //
 // Rows and columns are scaled first, so that all terms are lengths (tables.hpp): K̃ = R K C.  A pivot is zero if it is below geometry::zero(),
 // 1e-9 of a length of the mechanism: the Jacobian of a door on two hinges is nothing but rounding.
+//
+// What factor() leaves in a_, with rows and columns in the order of pivots; `row` and `column` say which of K each is (Golub and Van Loan, Matrix
+// Computations, 3.4):
+//
+//                    dependent    independent
+//                    coordinates  coordinates
+//                  ┌────────────┬────────────┐ 0
+//     independent  │ \     U    │    U_i     │            K̃ = R K C ≈ L (U | U_i), with ones on the diagonal of L, which aren't stored:
+//     equations    │  L  \      │            │            its elements lie where elimination has made zeros
+//                  ├────────────┼────────────┤ rank
+//     those that   │     L_r    │ |x| ≤ zero │            row r of K̃ = row r of L_r (U | U_i): it follows from those above
+//     follow       └────────────┴────────────┘ rows
+//
+// solved_ holds D = U⁻¹ U_i (rank, freedoms), also with `columns` numbers a row.  With v = C ṽ the equations K v = b are K̃ ṽ = R b, hence
+//
+//     ṽ_dependent = U⁻¹ L⁻¹ R b − D ṽ_independent.                                                                  (1)
 #pragma once
 
 #include "engine/loops/sparse_product.hpp"
@@ -44,11 +60,13 @@ public:
     return largest;
   }
 
-  /// K: (rows, columns), not changed.  size: of the largest scaled term.  zero: pivots that are no larger are none.  is_driven (columns): these coordinates are kept independent
-  /// where they are as many as the freedoms and determine the motion; may be null.
+  /// K: (rows, columns), not changed.  size: of the largest scaled term.  zero: pivots that are no larger are none.
+  /// is_driven (columns): these coordinates are kept independent where they are as many as the freedoms and determine the motion; may be null.
   void factor(const double *K, const double *row_scale, const double *column_scale, double size, double zero,
               const unsigned char *is_driven, int drives) {
     R_ = row_scale, C_ = column_scale, size_ = size, zero_ = zero;
+    // Columns of drives are last.  If the others hold all pivots that there are, and as many columns are left as there are drives, the drives are the
+    // independent coordinates.  If a drive became a pivot, or another coordinate had none, the preference can't be kept as a whole, and is dropped.
     if (drives > 0) {
       load(K, is_driven);
       const int without = eliminate(0, columns - drives);
@@ -62,7 +80,20 @@ public:
     finish();
   }
 
-  /// The same with some coordinates left out, `fixed` in number.  Do the equations determine all others?  Pivots are the largest of their
+  /// Elimination with pivots in columns of earlier stages before others: coordinates of late stages are independent, if any are.  stages (columns): from 0 on.
+  void factor_by_stages(const double *K, const double *row_scale, const double *column_scale, double size, double zero,
+                        const unsigned char *stages) {
+    R_ = row_scale, C_ = column_scale, size_ = size, zero_ = zero;
+    load(K, stages);
+    rank = 0;
+    // pivots are exchanged among columns before `end` alone, so that those of later stages stay where load() has put them
+    for (int end = 1; end <= columns; ++end)
+      if (end == columns || stages[column[end]] != stages[column[end - 1]])
+        rank = eliminate(rank, end);
+    finish();
+  }
+
+  /// Elimination with some coordinates left out, `fixed` in number.  Do the equations determine all others?  Pivots are the largest of their
   /// columns only, which is faster, and as good where no rank is asked for.
   bool determine(const double *K, const double *row_scale, const double *column_scale, double size,
                  const unsigned char *is_fixed, int fixed) {
@@ -81,6 +112,7 @@ public:
     return rank == wanted;
   }
 
+  /// (1) with ṽ_independent = 0:
   /// x (columns, n) with K x = b (rows, n) for the independent equations, zero at independent coordinates and those that are left out; at most
   /// as many right sides n as there are coordinates.
   void solve_dependent(const double *b, int n, double *x) const {
@@ -110,6 +142,7 @@ public:
   /// Multipliers λ (rows) with (Kᵀ λ)_i = y_i for dependent coordinates i; zero for equations that follow from others.
   void multipliers(const double *y, double *lambda) const {
     std::fill_n(lambda, rows, 0.0);
+    // Kᵀ λ = y is K̃ᵀ λ̃ = C y with λ = R λ̃; of its dependent rows Uᵀ Lᵀ λ̃ = C y, and λ̃ = L⁻ᵀ z
     for (int i = 0; i < rank; ++i) { // Uᵀ z = C y
       double sum = C_[column[i]] * y[column[i]];
       for (int k = 0; k < i; ++k)
@@ -121,6 +154,7 @@ public:
 
   /// Multipliers (rows) with Kᵀ λ = 0, of which redundant equation number k (of rows − rank) has one.
   void null_vector(int k, double *lambda) const {
+    // row rank + k of K̃ is l (U | U_i) up to what counts as zero, l its row of L_r: λ̃ is −L⁻ᵀ lᵀ at the independent equations, and 1 at this one
     std::fill_n(lambda, rows, 0.0);
     for (int i = 0; i < rank; ++i)
       work_[i] = -at(rank + k, i);
@@ -131,11 +165,11 @@ public:
 private:
   double &at(int i, int j) const { return a_[i * columns + j]; }
 
-  void load(const double *K, const unsigned char *last) {
+  void load(const double *K, const unsigned char *stages) {
     int n = 0;
-    for (int pass = 0; pass < 2; ++pass)
+    for (int stage = 0; n < columns; ++stage)
       for (int j = 0; j < columns; ++j)
-        if ((last && last[j]) == (pass == 1))
+        if ((stages ? stages[j] : 0) == stage)
           column[n++] = j;
     for (int i = 0; i < rows; ++i) {
       row[i] = i;
@@ -183,7 +217,7 @@ private:
     }
   }
 
-  /// Orders the independent coordinates, and solves U D = U_independent for them.
+  /// Orders the independent coordinates, and solves U D = U_i, from the last row up.
   void finish() {
     for (int a = rank + 1; a < columns; ++a) // few, and nearly in order
       for (int b = a; b > rank && column[b] < column[b - 1]; --b) {

@@ -1,3 +1,10 @@
+// The order of questions:
+//
+//     look()         is there a closed position at which no pivot is small enough to be due to digits?   yes, and it moves: nothing is to do
+//     fit_digits()   does the mechanism move without the equations of small pivots?                      yes: correct(), at most four times
+//                    are all equations closed then, and frames within 2 few_digits of the file's?        yes: take()
+//                                                                                                        no: the digits become a tolerance
+//     say_open(), say_locked()   there is no closed position; or the mechanism is a structure, which would move with frames a little different
 #include "engine/loops/exact_frames.hpp"
 
 #include "engine/loops/near_motion.hpp"
@@ -147,6 +154,12 @@ private:
 
   /// Changes frames by the least that closes the equations which are left out at these positions, to first order.
   void correct(const std::vector<position> &along) {
+    // An equation that is left out has multipliers λ with λᵀ K = 0 but for what counts as zero.  Displacements δ of the frames change the errors e to
+    // e + F δ + K dq, dq how the coordinates follow, whatever it is: λᵀ of that is zero where
+    //
+    //     (λᵀ F) δ = −λᵀ e,     one row of A x = b for each such equation at each position,
+    //
+    //     x = [ loop 0: that on the predecessor (translation in lengths of the loop, rotation), that on the successor | loop 1 | … ]
     const int loops = static_cast<int>(t_.loops.size()), n = 12 * loops;
     std::vector<double> A, b;
     std::vector<double> lambda(index(t_.rows));
@@ -184,6 +197,7 @@ private:
     for (const bool on_successor : {false, true})
       for (int c = 0; c < 6; ++c) {
         double x[6] = {};
+        // λᵀ F is the power of the wrench w = Σ λ T on the twist that the displacement gives the successor relative to the predecessor
         x[c] = c < 3 ? length : 1;
         const screw<double> s = screw_of(x);
         A.push_back(on_successor ? work(w, s) : -work(w, at_frame(moves_.at().relative(l), s)));

@@ -22,6 +22,14 @@ int loop_of(const tables &t, int row) {
   return loop;
 }
 
+/// What would make efforts determined where the drives leave no more than bodies that turn alone.
+static std::string of_uneven(const tables &t, const model &m) {
+  if (t.uneven.empty())
+    return {};
+  return "; link " + m.links()[static_cast<std::size_t>(t.uneven[0].link)].name +
+         " turns alone about a line of its own, and needs no drive if its mass is the same all round it";
+}
+
 std::string text_of(const finding &fault, const model &m) {
   using kind = finding::kind;
   if (!fault)
@@ -41,7 +49,24 @@ std::string text_of(const finding &fault, const model &m) {
            " coordinates with a drive; name as many as determine its motion" +
            (left.kind == joint_kind::floating
                 ? ", " + left.name + " among them, which then carries what the motion needs from outside"
-                : "");
+                : "") +
+           of_uneven(t, m);
+  }
+  if (fault.what == kind::idle_effort || fault.what == kind::no_column) {
+    std::string link;
+    for (const idle_body &body : t.idle)
+      if (body.coordinate == fault.row)
+        link = m.links()[static_cast<std::size_t>(body.link)].name;
+    const std::string by = ", by joint " + joint_of(m, fault.row).name;
+    if (fault.what == kind::no_column)
+      return "the drives leave a freedom: link " + link + " turns idly about its own line" + by +
+             "; a universal joint in place of a ball at its end takes that freedom";
+    const bool turns = t.column_turns[static_cast<std::size_t>(fault.row)];
+    return "the drives leave a freedom: link " + link + " turns idly about its own line" + by +
+           ", and this motion needs " + text::shown(fault.value) + (turns ? " N m" : " N") + " there, more than " +
+           text::shown(fault.allowed) +
+           ", which nothing gives; accelerations of forward_dynamics need none, and a link whose mass is the same all round "
+           "the line needs none while it has no spin";
   }
   if (fault.what == kind::more_drives)
     return "derivatives of efforts need as many drives as freedoms, " + std::to_string(fault.freedoms) +

@@ -1,3 +1,13 @@
+// The frames of a loop, and where the numbers of its equations lie:
+//
+//                ┌─ link of the predecessor ── on_predecessor ─▸ frame p ─┐
+//     world ─────┤                                                        │ relative = p⁻¹ s
+//                └─ link of the successor ──── on_successor ───▸ frame s ─┘
+//
+//     K_ (rows, nv): row first_row + i, column v:   Σ ± r_c T_i · J_c,   c the coordinates of the loop that are v, r = 1, or follow it
+//
+// T_i has the axes of s, where it is constant; J_c is turned with the links.  So a product of both needs one of them in the axes of the other: forces
+// and moments go to the world once for each loop, which is less than all columns to s.
 #include "engine/loops/geometry.hpp"
 
 #include "engine/loops/joint_position.hpp"
@@ -17,6 +27,7 @@ void geometry::lay_out(arena &memory, int externals) {
   at_ = memory.take<frames>(static_cast<std::ptrdiff_t>(t_.loops.size()));
   K_ = memory.take<double>(static_cast<std::ptrdiff_t>(t_.rows) * nv);
   twists_ = memory.take<double>(6 * links), accelerations_ = memory.take<double>(6 * links);
+  // all rows that this room calls of the tree in rest(): a further one has to be named here, or it would write beyond
   for (const algorithm_row *row : // measured once, though memory is laid out twice
        {&rows::frame_poses, &rows::frame_velocities, &rows::frame_accelerations, &rows::mass_matrix,
         &rows::inverse_dynamics, &rows::inverse_dynamics_with_reactions, &rows::inverse_dynamics_derivatives,
@@ -27,6 +38,7 @@ void geometry::lay_out(arena &memory, int externals) {
   rest_ = memory.take<std::byte>(static_cast<std::ptrdiff_t>(rest_bytes_));
 }
 
+/// poses_ are (4, 4) row by row, and the numbers of mat3x3 go column by column.
 SE3<double> geometry::pose(int slot) const {
   const double *const x = poses_ + 16 * slot;
   return {{x[0], x[4], x[8], x[1], x[5], x[9], x[2], x[6], x[10]}, {x[3], x[7], x[11]}};
@@ -38,6 +50,7 @@ void geometry::set_columns(const double *q) {
     const mat3x3<double> R = pose(c.link).R;
     screw<double> s = c.twist;
     if (c.angle >= 0) { // about an axis of the parent's side: turned back by the second angle in the child's axes
+      // Rodrigues' formula: R(u, α) x = x cos α + u × x sin α + u (u · x) (1 − cos α)
       const double angle = -q[c.angle], sine = std::sin(angle), cosine = std::cos(angle);
       const vector u = c.about, x = s.ang, ux = cross(u, x);
       const double along = dot(u, x) * (1 - cosine);
@@ -49,6 +62,7 @@ void geometry::set_columns(const double *q) {
 }
 
 void geometry::set_rows_of_universal(const loop &l, frames &f) const {
+  // the one moment that the joint transmits is about the normal of both axes, of which the predecessor has the first
   const vector first = turned_back(f.relative.R, l.axis), normal = cross(first, l.axis2);
   const double n = length(normal);
   f.T[3].ang = n > 0 ? vector{normal.x / n, normal.y / n, normal.z / n} : vector{0, 0, 0};
@@ -57,6 +71,7 @@ void geometry::set_rows_of_universal(const loop &l, frames &f) const {
 screw<double> geometry::column_at_successor(int loop, int column) const {
   const SE3<double> &at = at_[loop].successor;
   const screw<double> &at_child = columns_[column];
+  // the twist of a unit velocity, taken from the child's origin to the joint's: v + ω × r
   const vector arm = difference(at.t, pose(t_.columns[static_cast<std::size_t>(column)].link).t);
   return {turned_back(at.R, sum(at_child.lin, cross(at_child.ang, arm))), turned_back(at.R, at_child.ang)};
 }
@@ -94,6 +109,8 @@ void geometry::set_position(const double *q) {
       const column &c = t_.columns[static_cast<std::size_t>(side.column)];
       const screw<double> &at_child = columns_[side.column];
       const vector arm = difference(f.successor.t, pose(c.link).t), moved = sum(at_child.lin, cross(at_child.ang, arm));
+      // K_ij: what the wrench T_i does along the motion that coordinate j gives the successor relative to the predecessor.  A follower's
+      // columns are its leader's, times the multiplier.  |f| |v| + |m| |ω| bounds the terms before they cancel, whatever the position.
       const double factor = side.sign * c.factor,
                    scale = std::fabs(factor) * t_.column_scale[static_cast<std::size_t>(c.v)];
       const double translation = scale * length(moved), rotation = scale * c.turning;
@@ -156,6 +173,7 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
   tree_.call(rows::frame_velocities, rest_, s);
   s.result[0] = accelerations_;
   tree_.call(rows::frame_accelerations, rest_, s);
+  // lengths a second²: accelerations, and centripetal ones, of K̇ v, along the mechanism's length
   const double speed = terms ? sum_of_terms(v) : 0,
                own = terms ? (sum_of_terms(a) + speed * speed / t_.length) * size_ : 0;
   for (std::size_t n = 0; n < t_.loops.size(); ++n) {
@@ -165,14 +183,18 @@ void geometry::acceleration(const double *q, const double *v, const double *a, d
                         relative = difference(to, at_frame(f.successor, screw_of(twists_ + 6 * l.predecessor)));
     const screw<double> to_rate = at_frame(f.successor, screw_of(accelerations_ + 6 * l.successor)),
                         from_rate = at_frame(f.successor, screw_of(accelerations_ + 6 * l.predecessor));
+    // A_s − A_p − V_s × (V_s − V_p) is the rate of the relative twist as the successor sees it, in whose axes T is constant
     const screw<double> moved = cross(to, relative), rate = difference(difference(to_rate, from_rate), moved);
     for (int i = 0; i < l.rows; ++i) {
       double value = work(f.T[i], rate);
       if (i == 3 && row_has_two_axes(l.kind)) { // the normal of both axes turns in the successor
         const vector first = turned_back(f.relative.R, l.axis), normal = cross(first, l.axis2);
         const vector moving = cross(cross(first, relative.ang), l.axis2);
+        // d/dt (n · ω) = n · ω̇ + (Ṅ − n (n · Ṅ)) · ω / |N|, n = N / |N|.  Its last term, by the rate of |N|, is zero where velocities keep the loop closed.
         if (const double n_length = length(normal); n_length > 0)
-          value += dot(moving, relative.ang) / n_length;
+          value +=
+              (dot(moving, relative.ang) - dot(normal, moving) / (n_length * n_length) * dot(normal, relative.ang)) /
+              n_length;
       }
       out[l.first_row + i] = value;
       if (terms)

@@ -26,6 +26,8 @@ mat3x3<double> about_z(double angle) {
   return {c, s, 0, -s, c, 0, 0, 0, 1};
 }
 
+/// The angle θ at which Rot(z, θ)ᵀ R is nearest to the identity, in the sum of squares: its trace is largest.  That trace is
+/// (R_00 + R_11) cos θ + (R_10 − R_01) sin θ + R_22.
 /// The rotation about z that is nearest to R.
 double angle_about_z(const mat3x3<double> &R) { return std::atan2(R.m10 - R.m01, R.m00 + R.m11); }
 
@@ -51,7 +53,7 @@ SE3<double> without_turn(const SE3<double> &D, double angle, double travel) {
   return {product(transposed(about_z(angle)), D.R), {D.t.x, D.t.y, D.t.z - travel}};
 }
 
-/// The same for a universal joint, in the joint's own axes: R ≈ Rot(u₁, a) Rot(u₂, b).
+/// What the nearest position of a universal joint leaves, in the joint's own axes: R ≈ Rot(u₁, a) Rot(u₂, b).
 mat3x3<double> rotation_left(const loop &l, const mat3x3<double> &R) {
   const vector &u1 = l.axis, &u2 = l.axis2;
   const vector to = turned(R, u2), across = cross(u1, u2);
@@ -63,9 +65,10 @@ mat3x3<double> rotation_left(const loop &l, const mat3x3<double> &R) {
                           u.x * u.y * d - u.z * s, u.y * u.y * d + c,       u.z * u.y * d + u.x * s,
                           u.x * u.z * d + u.y * s, u.y * u.z * d - u.x * s, u.z * u.z * d + c};
   };
+  // Rot(u₂, b) leaves u₂ where it is, so R u₂ = Rot(u₁, a) u₂: a is the angle about u₁ from u₂ to where it went, whatever b is
   const double a = std::atan2(dot(to, across), dot(to, in_plane));
   const mat3x3<double> rest = product(transposed(rotation(u1, a)), R);
-  // the rotation about u₂ nearest to the rest: its trace with R and with the axis' cross product
+  // b by the same rule as about z: tr(Rot(u₂, b)ᵀ rest) = (tr rest − u₂ · rest u₂) cos b + (u₂ · w) sin b + u₂ · rest u₂
   const vector w = {rest.m21 - rest.m12, rest.m02 - rest.m20, rest.m10 - rest.m01};
   const double trace = rest.m00 + rest.m11 + rest.m22, ahead = dot(u2, turned(rest, u2));
   const double b = std::atan2(dot(u2, w), trace - ahead);
@@ -76,6 +79,7 @@ mat3x3<double> rotation_left(const loop &l, const mat3x3<double> &R) {
 SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
   const double angle = angle_about_z(D.R), turn = 2 * std::numbers::pi;
   if (l.pitch != 0) {
+    // travel = pitch · angle has a solution each whole turn; the error is then a length along the axis, and the rotation has none
     const double turns = std::round((D.t.z / l.pitch - angle) / turn);
     return without_turn(D, angle, l.pitch * (angle + turns * turn));
   }

@@ -1,4 +1,13 @@
 // The shortest x with A x = b, where rows of A may depend on each other: Gram and Schmidt's method with pivots.
+//
+// The rows of S A, S the scales, become orthonormal in turn, the longest that is left first: u_0, u_1, …  (Golub and Van Loan, Matrix Computations,
+// 5.2, modified Gram–Schmidt.)  What is done to a row is done to its right side, so that after step k
+//
+//     rows taken         u_i · x = β_i, i ≤ k,   u_i · u_j = δ_ij;
+//     rows left          have their part orthogonal to u_0 … u_k, and of the right side what the rows taken leave.
+//
+// x = Σ β_i u_i solves the rows taken, and has no part orthogonal to the rows of A, which would only make it longer.  A row that is left with nothing
+// but a right side contradicts the others by that much.
 #pragma once
 
 #include "ksl/engine/algorithms/loops/tolerances.hpp"
@@ -32,6 +41,7 @@ public:
     double largest = 0;
     for (int i = 0; i < rows; ++i)
       largest = std::max(largest, length(i, columns));
+    // `least` knows the mechanism, not this matrix: one whose numbers are all large has rounding beyond it
     const double zero = std::max(least, largest * loop_tolerance::rank);
     for (rank = 0; rank < rows; ++rank) {
       int p = rank;
@@ -78,6 +88,7 @@ private:
     value_[row] -= along * value_[by];
   }
 
+  // rows stay in their places; order_ has those that were taken, in turn, then the others
   double *basis_ = nullptr, *value_ = nullptr;
   int *order_ = nullptr;
 };

@@ -17,6 +17,8 @@ SE3<double> pose_of_link(const geometry &g, const double *q, int link) {
 
 void set_loop_reaction(const geometry &g, const double *q, const reaction_request &wanted, int loop,
                        const double *wrenches, double *out) {
+  // From the joint's frame s on the successor to the frame D that is asked for, all poses in the world: f_D = [Ad]*(D⁻¹ s) f_s (Coscrews page).  `at`
+  // chooses the origin of D, with `offset` in the axes of s where that is the joint; `axes` chooses its axes, those of s unless others are named.
   const double *const x = wrenches + 6 * std::ptrdiff_t(loop);
   coscrew<double> f = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
   if (wanted.part == wrench_part::actuation || wanted.part == wrench_part::coupling)
@@ -55,6 +57,10 @@ const double *requested_reactions::find(const closed_state &c, const double *q, 
   for (int k = 0; k < wanted.n; ++k)
     if (wanted.link[k] < links_of_model_)
       links_[of_tree.n++] = wanted.link[k];
+  // The tree writes its n wrenches to the front of found_; the loop below moves each to its place:
+  //
+  //     asked for   tree  loop  tree  tree  loop
+  //     found_      t0    t1    t2    —     —     →  t0  l0  t1  t2  l1
   const reaction_result<double> result = {&of_tree, found_};
   state_view<double> s;
   s.q = q, s.v = v, s.a = a, s.external = all;

@@ -118,6 +118,7 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
     std::sort(redundant_rows, redundant_rows + rows - c.solved().rank);
   }
   const placed p = geometry_of(m, d, q);
+  // singular values of R K C, whose elements relate lengths to lengths (elimination.hpp): rank, and how far it is from another one
   const bool wide = rows < nv; // fewer vectors to turn
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < nv; ++j)
@@ -156,9 +157,8 @@ completion consistent_velocity(const model &m, data &d, const double *q, const d
     return completion::unique;
   }
   assembly w = assembly_of(m, &d);
-  w.at().set_position(q);
   const bool given_finite = numbers{v, m.nv()}.are_finite(); // v may be out
-  const completion how = w.complete(v, given, nullptr, out);
+  const completion how = w.complete_velocity(q, v, given, out);
   if (given_finite)
     require_finite("consistent_velocity", "velocities", {{out, m.nv()}}, {{q, m.nq()}});
   return how;
@@ -205,6 +205,15 @@ int reaction_patterns(const model &m, data &d, const double *q, double *patterns
   const int n = c.set_patterns(q);
   c.copy_patterns(n, open_component(m), patterns);
   return n;
+}
+
+std::vector<lone_body> lone_bodies(const model &m) {
+  std::vector<lone_body> found;
+  if (!m.loops().empty())
+    for (const std::vector<idle_body> *bodies : {&m.loop_tables().idle, &m.loop_tables().uneven})
+      for (const idle_body &body : *bodies)
+        found.push_back({body.link, body.direction, body.is_even});
+  return found;
 }
 
 double open_component(const model &m) {

@@ -19,6 +19,7 @@ std::vector<double> start_position(const model &m, int number) {
   for (const joint_row &joint : m.joints())
     if (number > 0 && joint.v_index >= 0 && row_of(joint.kind).velocity_is_rate)
       for (int c = 0; c < row_of(joint.kind).nq; ++c)
+        // up to 0.7 rad or m from the neutral position, all different
         q[index(joint.q_index + c)] = 0.7 * std::sin(1.3 * (joint.q_index + c + 1) * number);
   return q;
 }
@@ -68,6 +69,7 @@ void near_motion::step(const position &from, const double *dv, double share, pos
 // Gauss–Newton steps of the independent equations.  Far away they are halved while the error doesn't fall; near the end the error is what has been
 // left out, and steps end at rounding.
 void near_motion::close(position &at, double zero, const unsigned char *fixed) {
+  // steps, relative to lengths: below `near` they are taken whole, and none is above `longest`; below `still` the search ends once they no longer halve
   constexpr double near = 1e-3, still = 1e-8, end = 1e-13, longest = 0.5;
   const int nv = m_.nv();
   position trial = at;
@@ -92,6 +94,7 @@ void near_motion::close(position &at, double zero, const unsigned char *fixed) {
       return;
     }
     std::swap(at, trial);
+    // steps of equations that agree fall by their squares: one that isn't half of the one before is rounding
     if (most < end || (most < still && most > before / 2)) // or rounding
       return;
     before = most;
@@ -106,7 +109,9 @@ const elimination &near_motion::factor(const position &at, double zero) {
 
 std::vector<near_motion::position> near_motion::around(const position &base, double zero, double most, double far,
                                                        int n) {
+  // shares 1, 1/2, 1/4 and 1/8 of the way: an eighth of `far` is still far beyond few_digits
   constexpr double nearest = 0.1; // of the way
+  // A number of positions in directions that are the same in every run: independent coordinates go their way, the others follow.
   const elimination &k = factor(base, zero);
   const int f = k.freedoms();
   std::vector<unsigned char> fixed(none_);

@@ -9,6 +9,7 @@ namespace {
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
+/// Threshold pivoting (Duff, Erisman and Reid, Direct Methods for Sparse Matrices): |a_ij| ≥ u max_k |a_kj|, in the column since multipliers are a_kj / a_ij.
 /// A pivot that makes less work may be smaller than the largest element of its column by this factor, so that no multiplier is above its
 /// inverse.
 constexpr double large_enough = 0.25;
@@ -62,6 +63,7 @@ private:
             wanted_ == prefer::largest ? largest : std::max(large_enough * of_column[index(j)], not_tiny * largest);
         if (!(size(i, j) >= wanted))
           continue;
+        // Markowitz's count: a pivot updates so many elements, all other rows of its column at all other columns of its row
         const int work = (in_row[index(i)] - 1) * (in_column[index(j)] - 1);
         if (of_best < 0 || work < least || (work == least && size(i, j) > of_best))
           best = {e_.rows[index(i)], e_.columns[index(j)]}, least = work, of_best = size(i, j);
@@ -100,6 +102,8 @@ private:
 
 std::vector<pivot> order_of_pivots(const equations_at_position &given) {
   const ordering by_size(given, prefer::largest), by_work(given, prefer::least_work);
+  // A sparse order ends at rounding where early pivots left nothing for the last ones.  So its smallest pivot is held against that of an
+  // order by size alone.
   return by_work.smallest() >= large_enough * by_size.smallest() ? by_work.pivots() : by_size.pivots();
 }
 

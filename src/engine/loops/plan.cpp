@@ -37,16 +37,27 @@ constexpr double regular = 0.05;
 /// The neutral position may be one of few where the rank is lower, as that of a flat parallelogram: so many others are looked at in any case.
 constexpr int least_starts = 3;
 
+auto lay_out_with(const model &m, geometry &g, elimination &k) {
+  return [&](arena &pieces) { g.lay_out(pieces), k.lay_out(pieces, m.loop_tables().rows, m.nv()); };
+}
+
+void factor(const model &m, geometry &g, elimination &k, const std::vector<double> &q) {
+  const tables &t = m.loop_tables();
+  g.set_position(q.data());
+  const double *const rows = t.row_scale.data(), *const columns = t.column_scale.data();
+  if (t.idle.empty())
+    k.factor(g.jacobian(), rows, columns, g.size(), g.zero(), t.is_kept.data(), static_cast<int>(t.kept.size()));
+  else
+    k.factor_by_stages(g.jacobian(), rows, columns, g.size(), g.zero(), t.stages.data());
+}
+
 class planner {
 public:
   explicit planner(const model &m)
       : m_(m), t_(m.loop_tables()), view_(m.view()), coupling_(m.coupling_in<double>()),
         rows_(t_.rows + coupling_.followers), original_(rows_, view_.nv), filled_(rows_, view_.nv) {}
 
-  std::shared_ptr<const loop_plan<double>> make() {
-    const std::vector<double> q = closed_position();
-    if (q.empty())
-      return nullptr;
+  std::shared_ptr<const loop_plan<double>> make(const std::vector<double> &q) {
     add_joints(m_, plan_);
     set_scales();
     eliminate(q);
@@ -57,45 +68,10 @@ public:
   }
 
 private:
-  auto lay_out_with(geometry &g, elimination &k) const {
-    return [&](arena &pieces) { g.lay_out(pieces), k.lay_out(pieces, t_.rows, m_.nv()); };
-  }
-  void factor(geometry &g, elimination &k, const std::vector<double> &q) const {
-    g.set_position(q.data());
-    k.factor(g.jacobian(), t_.row_scale.data(), t_.column_scale.data(), g.size(), g.zero(), t_.is_driven.data(),
-             static_cast<int>(t_.drives.size()));
-  }
-
-  /// Of closed positions near the neutral one and some others, one with the highest rank, at which drives that are as many as the freedoms
-  /// determine the motion, if there is one: the first that isn't nearly singular, else that with the largest last pivot; empty if none is closed.
-  std::vector<double> closed_position() const {
-    std::vector<double> q = start_position(m_, 0), closed = q, best;
-    const std::vector<unsigned char> hold(index(m_.nv()), 0);
-    assembly a(m_);
-    const own_memory memory([&](arena &pieces) { a.lay_out(pieces); });
-    geometry g(m_, t_);
-    elimination k;
-    const own_memory of_pivots(lay_out_with(g, k));
-    int rank = -1;
-    bool is_driven = false;
-    double last = 0, error = 0;
-    for (int start = 0; start < 8 && (start < least_starts || last < regular || !is_driven); ++start) {
-      if (a.close(q.data(), hold.data(), nearby, closed.data(), &error) == closing::closed) {
-        factor(g, k, closed);
-        const bool drives = k.freedoms() != static_cast<int>(t_.drives.size()) ||
-                            std::equal(t_.drives.begin(), t_.drives.end(), k.independent());
-        const bool as_good = k.rank == rank && drives == is_driven;
-        if (k.rank > rank || (k.rank == rank && drives && !is_driven) ||
-            (as_good && last < regular && k.last_pivot() > last))
-          best = closed, rank = k.rank, last = k.last_pivot(), is_driven = drives;
-      }
-      q = start_position(m_, start + 1);
-    }
-    return best;
-  }
   /// Scales of the expanded coordinates and of all equations.  A follower's equation is scaled as its coordinate, so that its pivot is 1.
   void set_scales() {
     plan_.row_scale = t_.row_scale;
+    // v = C w with lengths w: 1 rad is one of L.  Rows of moments, times L, are lengths, too, and R K C relates lengths to lengths.
     plan_.column_scale.assign(index(view_.nv), 1);
     for (int j = 0; j < coupling_.nv; ++j)
       plan_.column_scale[index(coupling_.in_v[j])] = t_.column_scale[index(j)];
@@ -110,14 +86,16 @@ private:
   void eliminate(const std::vector<double> &q) {
     geometry g(m_, t_);
     elimination k;
-    const own_memory memory(lay_out_with(g, k));
-    factor(g, k, q);
+    const own_memory memory(lay_out_with(m_, g, k));
+    factor(m_, g, k, q);
     plan_.independent = expanded(k.independent(), k.freedoms());
+    // K has the users' coordinates, in which followers are part of their leaders: the rank and the freedoms are those of the mechanism
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
-    const std::vector<int> drives = expanded(t_.drives.data(), static_cast<int>(t_.drives.size()));
-    plan_.view.drives_are_independent = t_.drives_are_known && plan_.independent == drives;
-    if (drives.size() > plan_.independent.size())
-      plan_.drive = drives, plan_.drive_scale = t_.drive_scale;
+    const std::vector<int> kept = expanded(t_.kept.data(), static_cast<int>(t_.kept.size()));
+    const bool drives_alone = t_.idle.empty(), as_many = kept.size() == plan_.independent.size();
+    plan_.view.drives_are_independent = t_.drives_are_known && drives_alone && plan_.independent == kept;
+    if (kept.size() > plan_.independent.size() || (!drives_alone && as_many))
+      plan_.drive = kept, plan_.drive_scale = t_.kept_scale;
 
     set_original();
     order_ = order_of_pivots(at_position(k, g.jacobian()));
@@ -140,6 +118,7 @@ private:
 
   /// Which elements of K loops and followers set.  Those that are numbers of the model, and zero, they don't.
   void set_original() {
+    // v_f − r v_l = 0
     for (int i = 0; i < coupling_.followers; ++i)
       original_(t_.rows + i, coupling_.follower[i].v) = original_(t_.rows + i, coupling_.follower[i].leader_v) = 1;
     for (const closing_joint<double> &joint : plan_.joints)
@@ -148,6 +127,8 @@ private:
           original_(joint.first_row + i, plan_.columns[index(c)].v) = is_set(joint, i, c);
   }
   bool is_set(const closing_joint<double> &joint, int i, int c) const {
+    // The successor's own columns are constant in the joint's frame, so that their elements are numbers of the model: zero for good, or not.
+    // Others turn with the position, as all columns do about the normal of a universal joint.
     const bool is_own = c >= joint.own_begin && c < joint.columns_middle;
     return !is_own || (joint.has_two_axes && i == joint.forces) || own_element(joint, i, plan_.own[index(c)]) != 0;
   }
@@ -196,6 +177,7 @@ private:
       if (filled_(i, p.column))
         plan_.list.push_back(i);
     p.rows_end = p.later_begin = end();
+    // row_i −= l_i row_p: each row below gets what the pivot's row has, whether it had it before or not
     for (int i = p.rows_begin; i < p.rows_end; ++i)
       for (int j = p.columns_begin; j < p.columns_end; ++j)
         filled_(plan_.list[index(i)], columns_[index(plan_.list[index(j)])]) = 1;
@@ -270,6 +252,7 @@ private:
             at[index(plan_.through[index(k)])] = true;
         }
       p.loops_end = p.earlier_begin = end();
+      // Gram and Schmidt: the pattern loses its share of pattern k, and then has wrenches wherever pattern k has some
       for (std::size_t k = 0; k < has.size(); ++k)
         if (overlap(at, has[k])) {
           plan_.list.push_back(static_cast<int>(k));
@@ -289,6 +272,7 @@ private:
   /// The loops whose equations have multipliers, where that of a redundant equation is 1 (back_through_lower of the kernels).
   std::vector<bool> loops_in_pattern(int redundant) const {
     std::vector<bool> rows(index(rows_), false), loops(t_.loops.size(), false);
+    // Kᵀ λ = 0 with λ = 1 at the redundant row: from the last step to the first, the pivot's row has a multiplier where one below it has
     rows[index(redundant)] = true;
     for (std::size_t k = plan_.pivots.size(); k-- > 0;)
       for (int i = plan_.pivots[k].rows_begin; i < plan_.pivots[k].rows_end; ++i)
@@ -314,6 +298,35 @@ private:
 
 } // namespace
 
-std::shared_ptr<const loop_plan<double>> make_plan(const model &m) { return planner(m).make(); }
+std::vector<double> regular_position(const model &m) {
+  const tables &t = m.loop_tables();
+  std::vector<double> q = start_position(m, 0), closed = q, best;
+  const std::vector<unsigned char> hold(index(m.nv()), 0);
+  assembly a(m);
+  const own_memory memory([&](arena &pieces) { a.lay_out(pieces); });
+  geometry g(m, t);
+  elimination k;
+  const own_memory of_pivots(lay_out_with(m, g, k));
+  int rank = -1;
+  bool is_kept = false;
+  double last = 0, error = 0;
+  for (int start = 0; start < 8 && (start < least_starts || last < regular || !is_kept); ++start) {
+    if (a.close(q.data(), hold.data(), nearby, closed.data(), &error) == closing::closed) {
+      factor(m, g, k, closed);
+      const bool kept =
+          k.freedoms() != static_cast<int>(t.kept.size()) || std::equal(t.kept.begin(), t.kept.end(), k.independent());
+      // in this order: a higher rank, kept coordinates that determine the motion, a last pivot that is farther from zero
+      const bool as_good = k.rank == rank && kept == is_kept;
+      if (k.rank > rank || (k.rank == rank && kept && !is_kept) || (as_good && last < regular && k.last_pivot() > last))
+        best = closed, rank = k.rank, last = k.last_pivot(), is_kept = kept;
+    }
+    q = start_position(m, start + 1);
+  }
+  return best;
+}
+
+std::shared_ptr<const loop_plan<double>> make_plan(const model &m, const std::vector<double> &q) {
+  return q.empty() ? nullptr : planner(m).make(q);
+}
 
 } // namespace ksl::loops

@@ -4,6 +4,7 @@
 #include "ksl/engine/model/loop_plan.hpp"
 
 #include <memory>
+#include <vector>
 
 namespace ksl {
 class model;
@@ -11,10 +12,14 @@ class model;
 
 namespace ksl::loops {
 
-/// A plan made at a closed position near the neutral one; null if there is none.  States of such models are computed without one.
-std::shared_ptr<const loop_plan<double>> make_plan(const model &m);
+/// Of closed positions near the neutral one and some others, one with the highest rank, at which coordinates that are kept and are as many as the
+/// freedoms determine the motion, if there is one: the first that isn't nearly singular, else that with the largest last pivot; empty if none is closed.
+std::vector<double> regular_position(const model &m);
 
-/// The same in single precision.
+/// A plan made at a regular position; null if there is none.  States of such models are computed without one.
+std::shared_ptr<const loop_plan<double>> make_plan(const model &m, const std::vector<double> &q);
+
+/// The plan in single precision.
 std::shared_ptr<const loop_plan<float>> rounded(const loop_plan<double> &plan);
 
 } // namespace ksl::loops

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace ksl::loops {
 namespace {
@@ -53,6 +54,8 @@ private:
     joint.axis = {l.canonical.m02, l.canonical.m12, l.canonical.m22};
     joint.first_row = l.first_row;
     joint.mixed = -1;
+    // T has forces before moments (tables.cpp).  A helical joint's wrench is a force along its axis with a moment about it, f (z, −pitch z): an equation
+    // of forces with a `turn` beside its direction, which has no fast path along an axis.
     for (int i = 0; i < l.rows; ++i) {
       const bool moment = length(l.T[i].lin) < 1e-12;
       joint.direction[i] = moment ? l.T[i].ang : l.T[i].lin;
@@ -68,6 +71,10 @@ private:
     joint.turns = joint.moments == 0 || kind.has_axis2 ? loop_turns::freely
                   : kind.has_axis && kind.angle >= 0   ? loop_turns::about
                                                        : loop_turns::not_at_all;
+    // Bodies in common move both ends alike, and have no columns:
+    //
+    //     ground ─ … ─ common ─┬─ … ─ successor      columns_begin … columns_middle
+    //                          └─ … ─ predecessor    columns_middle … columns_end
     std::vector<int> to_ground, from_ground; // bodies, outwards
     for (int b = to.body; b > 0; b = view_.body[b].parent)
       to_ground.insert(to_ground.begin(), b);
@@ -89,6 +96,7 @@ private:
   /// The columns of the successor's own coordinates about the joint's frame on it, in its axes.
   void add_own(closing_joint<double> &joint) {
     using A = algebra<double>;
+    // columns are from the common body outwards, so the successor's own are the last of its side
     joint.own_begin = joint.columns_middle;
     while (joint.own_begin > joint.columns_begin && plan_.columns[index(joint.own_begin - 1)].body == joint.successor)
       --joint.own_begin;
@@ -133,19 +141,23 @@ private:
     return path;
   }
 
-  /// Those of joints that no loop crosses store the same energy whatever patterns are added.
+  /// Those of joints that no loop crosses store the same energy whatever patterns are added.  Where nothing resists in some direction, they
+  /// are NaN: patterns with a wrench there are left to closed_state, which computes the states that have no finite results by the plan.
   void add_compliances() {
     plan_.compliance_of.assign(plan_.crossed.size() + t_.loops.size(), -1);
     for (const auto &[joint, matrix] : t_.compliances) {
       const int joints = static_cast<int>(m_.joints().size());
       int place = static_cast<int>(plan_.crossed.size()) + joint - joints;
       std::array<double, 36> C = matrix;
+      if (std::any_of(t_.loose.begin(), t_.loose.end(), [at = joint](const auto &of) { return of.first == at; }))
+        C.fill(std::numeric_limits<double>::quiet_NaN());
       if (joint < joints) {
         const int link = m_.joints()[index(joint)].link;
         const auto known = std::find(plan_.crossed.begin(), plan_.crossed.end(), link);
         if (known == plan_.crossed.end())
           continue;
         place = static_cast<int>(known - plan_.crossed.begin());
+        // given in the axes of the child link; the plan's wrenches are in those of the body, about the same origin
         const SE3<double> turn = {view_.link[link].pose.R, {0, 0, 0}};
         algebra<double>::matrix6_complianceTransformed(C.data(), &turn, C.data());
       }

@@ -14,6 +14,7 @@ namespace {
 /// An orthonormal basis of the wrenches that do no work on the unit twists given, by Gram and Schmidt, from unit forces and moments
 /// along the axes.  Twists along and about axes leave unit wrenches.  All are in canonical axes.
 int wrenches_without_work(const std::vector<screw<double>> &twists, coscrew<double> *out) {
+  // the twists, then the wrenches orthogonal to all before: H̄* is the complement of H in ℝ⁶ by the product f · v + m · ω, so that these are six in all
   double basis[12][6];
   int n = 0;
   const auto add = [&](const double *x) {
@@ -89,6 +90,7 @@ private:
       return first;
     first = static_cast<int>(t_.columns.size());
     const joint_row &row = m_.joints()[index(joint)];
+    // q̇_f = r q̇_l: a follower's columns are in its leader's place of v, r times as large
     const bool follows = row.leader >= 0;
     const int v = follows ? m_.joints()[index(row.leader)].v_index : row.v_index;
     const double factor = follows ? row.multiplier : 1;
@@ -120,6 +122,10 @@ private:
     std::size_t common = 0; // joints that move both ends alike
     while (common < to.size() && common < from.size() && to[common] == from[common])
       ++common;
+    // The way around: what lies between the two joints that leave the common link, then from joint to joint, then to the loop's joint on both sides.
+    //
+    //     common ─┬─ joint ─ offset ─ joint ─ … ─ successor_pose ─┐
+    //             └─ joint ─ offset ─ … ─ predecessor_pose ───────┘
     double reach = length(row.predecessor_pose.t) + length(row.successor_pose.t);
     extents around;
     for (const auto &[path, sign] : {std::pair{&to, 1.}, {&from, -1.}})
@@ -153,6 +159,7 @@ private:
       l.T[i] = {turned(l.canonical, l.T[i].lin), turned(l.canonical, l.T[i].ang)};
   }
 
+  /// What the joint leaves free, as T is what it resists: joint_position.cpp takes it off displacements.
   /// From the twists of the kind, in canonical axes.
   static void set_freedoms(loop &l) {
     for (const screw<double> &twist : unit_twists(l.kind, {0, 0, 1}, l.pitch)) {
@@ -169,6 +176,7 @@ private:
     const int first = columns_of(joint), n = row_of(row.kind).nv;
     const bool has_body_inside = row_of(row.kind).has_axis2;
     for (int k = 0; k < n; ++k) {
+      // a universal joint is two bodies, of which the one between its axes is moved by the first alone
       groups_ += k == 0 || has_body_inside;
       t_.supports.push_back({first + k, sign, groups_});
     }
@@ -191,6 +199,7 @@ private:
     if (d < 0)
       return 0;
     const robot_description &robot = m_.description();
+    // Ixx + Iyy + Izz = 2 ∫ r² dm
     const spatial_inertia<double> &I = robot.links[index(robot.joints[index(d)].child)].inertia;
     return I.m > 0 ? std::sqrt(std::max(I.Ixx + I.Iyy + I.Izz, 0.0) / (2 * I.m)) : 0;
   }
@@ -206,7 +215,7 @@ private:
       return 0;
     const vec3<double> &x = m_.description().joints[index(da)].placement.t,
                        &y = m_.description().joints[index(db)].placement.t;
-    return length({x.x - y.x, x.y - y.y, x.z - y.z});
+    return length(vectors::difference(x, y));
   }
 
   void set_scales() {
@@ -227,11 +236,15 @@ private:
 
   void set_compliances() {
     for (const joint_compliance &of : m_.description().compliances) {
+      if (of.joint.empty())
+        continue; // no loop goes through the ground's joint
       int joint = m_.find_joint(of.joint);
       for (std::size_t l = 0; joint < 0 && l < m_.loops().size(); ++l)
         if (m_.loops()[l].name == of.joint)
           joint = static_cast<int>(m_.joints().size() + l);
       t_.compliances.push_back({joint, of.matrix});
+      if (std::any_of(of.loose.begin(), of.loose.end(), [](double x) { return x != 0; }))
+        t_.loose.push_back({joint, of.loose});
     }
   }
 
@@ -251,6 +264,7 @@ private:
     for (int v = 0; v < m_.nv(); ++v)
       if (t_.is_driven[index(v)])
         t_.drives.push_back(v), t_.drive_scale.push_back(scale[index(v)]);
+    t_.kept = t_.drives, t_.kept_scale = t_.drive_scale, t_.is_kept = t_.is_driven;
   }
 
   const model &m_;

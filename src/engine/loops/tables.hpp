@@ -1,5 +1,10 @@
 // What the loops of a model are made of, as far as it doesn't depend on a position: which coordinates move the two ends of each, and
 // the wrenches that its joint can exert.
+//
+//     loops      [ loop 0 | loop 1 | … ]                           each has rows of K, and a range of supports
+//     supports   [ of loop 0: successor's side, then predecessor's, outwards from the common link | of loop 1 | … ]   a column with its sign
+//     columns    [ coordinates of a joint | of another | … ]       each once, however many loops it moves; a user's coordinate v, and the child's twist for it
+//     links      [ of the model ]                                  column::link, loop::predecessor and loop::successor are places in this list
 #pragma once
 
 #include "ksl/engine/algorithms/loops/tolerances.hpp"
@@ -50,6 +55,17 @@ struct loop {
 /// Bytes that calls of one state need (algorithms.hpp), once they have been counted; 0 before.
 struct bytes_of_calls { std::atomic<std::size_t> in_double{0}, in_single{0}; };
 
+/// A body that turns alone about a line that is fixed in it, while the drives and all other bodies stand still.  It is idle if its mass is the same all round
+/// the line, so that no mass moves, as that of a rod with balls at both ends: then efforts don't depend on how far it has turned.
+struct idle_body {
+  int link;                   ///< of the model
+  vec3<double> direction;     ///< of the line, in the link's axes; a unit vector
+  int coordinate;             ///< in v, that tells how far it has turned
+  std::vector<int> moved;     ///< all that move with it
+  std::vector<double> motion; ///< (nv) how, at the position at which it was found
+  bool is_even;               ///< is its mass the same all round the line
+};
+
 struct tables {
   std::shared_ptr<bytes_of_calls> bytes = std::make_shared<bytes_of_calls>();
   std::vector<int> links; ///< of the model: those whose poses are needed
@@ -58,18 +74,30 @@ struct tables {
   std::vector<loop> loops;
   int rows = 0;      ///< of all loops
   double length = 1; ///< of the mechanism, m: rows of moments are multiplied by it, coordinates that turn divided
-  double digits =
-      0; ///< to which equations that follow from others agree, in lengths: the digits of the file, where frames can't be made exact
+  /// to which equations that follow from others agree, in lengths: the digits of the file, where frames can't be made exact
+  double digits = 0;
   std::vector<unsigned char> row_turns;    ///< (rows) is it an equation of rotation
   std::vector<unsigned char> column_turns; ///< (nv) does the coordinate turn
   std::vector<double> row_scale;           ///< (rows) 1 for equations of translation, `length` for those of rotation
   std::vector<double> column_scale;        ///< (nv) 1 for coordinates that slide, 1 / length for those that turn
-  /// Compliances (6, 6) of joints, and where each is among all joints: those of the tree, then those of loops.
-  std::vector<std::pair<int, std::array<double, 36>>> compliances;
+  /// (6, 6) of joints, and where each is among all joints: those of the tree, then those of loops.
+  using matrices_of_joints = std::vector<std::pair<int, std::array<double, 36>>>;
+  /// Compliances.
+  matrices_of_joints compliances;
+  /// Likewise Σ u uᵀ over their directions in which nothing resists, where there are some.
+  matrices_of_joints loose;
   std::vector<int> drives;              ///< coordinates in v that have a motor, ascending
   std::vector<double> drive_scale;      ///< 1 / √weight of each
   std::vector<unsigned char> is_driven; ///< (nv)
   bool drives_are_known = false;
+  std::vector<idle_body> idle, uneven; ///< bodies that turn alone, whose mass is the same all round, and others
+  std::vector<int>
+      kept; ///< coordinates of drives and of idle bodies, ascending: independent wherever they determine the motion
+  std::vector<double> kept_scale; ///< drive_scale of each; negative at those of idle bodies, which must need no effort
+  std::vector<unsigned char> is_kept; ///< (nv)
+  /// Where there are idle bodies, (nv): 3 at their coordinates, 2 at drives, 0 at what else moves with idle bodies, 1 at others.  Eliminated in this order, the
+  /// coordinate of an idle body stays independent, and moves nothing but the body.
+  std::vector<unsigned char> stages;
 };
 
 /// A limit of states, or of motions that are asked for, where the file's digits are fewer.

@@ -21,7 +21,7 @@ public:
     calls_in(elements::ways<double>, row, m_).run_state(row, m_, memory, s);
   }
 
-  /// The same without gravity, without joint physics and without force elements.
+  /// A call without gravity, without joint physics and without force elements.
   void call_weightless(const algorithm_row &row, void *memory, const state_view<double> &s) const {
     model_view<double> view = m_.view();
     view.gravity = {0, 0, 0};

@@ -31,6 +31,11 @@ double variation::sign(int c, int k) const {
 
 /// The sums of (3), group by group on the way from the predecessor to the successor.  A coordinate moves its own group where that lies before
 /// it, which is on the side of the predecessor; what J × U has to do with lies on its other side.
+///
+///     at_ = [ side of s, outwards: groups 1, 2, … | side of p, outwards: groups 5, 6, … ]
+///            0                                     middle                              n_
+///
+///     p ── 6 ── 5 ── common ── 1 ── 2 ── s      the walk: from n_ down to middle, then from 0 up to it
 void variation::set_sums() {
   int middle = 0; // where coordinates on the side of the predecessor begin
   while (middle < n_ && at_[middle].sigma > 0)
@@ -44,6 +49,7 @@ void variation::set_sums() {
     const bool own = at_[begin].sigma < 0;
     for (int c = begin; c < end; ++c)
       X = sum(X, scaled(at_[c].sigma * at_[c].v, at_[c].J));
+    // V_s − V_c is the part of W between the body c and s.  On the side of p the coordinate c itself is in between; on the side of s it isn't.
     const screw<double> U = difference(W_, own ? X_before : X);
     for (int c = begin; c < end; ++c) {
       element &e = at_[c];
@@ -90,6 +96,7 @@ void variation::vary(const geometry &g, int loop, const element &by) {
   const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
   const coscrew<double> *const T = g.wrenches_of(loop);
   const int nv = m_.nv();
+  // (3), and by v_k: ∂(K̇ v)/∂v_k = σ (J × U + X × J), since v_k moves all U behind it, too
   const screw<double> bent = cross(by.X, cross(difference(W_, by.X), by.J));
   const screw<double> dW = scaled(by.sigma, cross(by.X, by.J)),
                       dRate = scaled(by.sigma, difference(cross(by.Y, by.J), bent)),
@@ -103,6 +110,7 @@ void variation::vary(const geometry &g, int loop, const element &by) {
   }
   if (!turns || !(normal_.length > 0))
     return;
+  // N · ω = 0 and N · ω̇ + Ṅ · ω = 0, N = u₁ × u₂ and Ṅ = (u₁ × ω) × u₂, as s sees them; dN = (u₁ × θ) × u₂
   const double unit = 1 / normal_.length;
   const vec3<double> turning = scaled(by.sigma, by.J.ang), du1 = cross(normal_.u1, turning), dN = cross(du1, l.axis2);
   const vec3<double> dN_rate = cross(sum(cross(du1, W_.ang), cross(normal_.u1, dW.ang)), l.axis2),
@@ -118,6 +126,7 @@ void variation::vary(const geometry &g, int loop, const element &by) {
 /// multiplier over the normal's length as well.
 void variation::vary_wrenches(const coscrew<double> &f, double normal, const vec3<double> &axis2, int k) {
   const element &by = at_[k];
+  // f · (J_c × J_k) = (J_k ×* f) · J_c
   const coscrew<double> turned = {cross(by.J.ang, f.lin), sum(cross(by.J.lin, f.lin), cross(by.J.ang, f.ang))};
   const vec3<double> turning = scaled(by.sigma * normal, by.J.ang), df = cross(cross(normal_.u1, turning), axis2);
   for (int c = 0; c < n_; ++c)
@@ -133,6 +142,7 @@ void variation::set(const geometry &g, const double *v, const double *a, const d
   for (int loop = 0; loop < static_cast<int>(t_.loops.size()); ++loop) {
     set_loop(g, loop, v, a);
     const ksl::loops::loop &l = t_.loops[static_cast<std::size_t>(loop)];
+    // the multiplier belongs to the unit normal N / |N|
     const bool turns = row_has_two_axes(l.kind) && normal_.length > 0;
     for (int k = 0; k < n_; ++k) {
       vary(g, loop, at_[k]);

@@ -1,6 +1,6 @@
 #include "engine/loops/wrenches_on_links.hpp"
 
-#include "ksl/engine/algorithms/parameters/link_regressor.hpp"
+#include "engine/loops/link_parameters.hpp"
 
 #include <algorithm>
 
@@ -24,12 +24,13 @@ finding wrenches_on_links::set_efforts(closed_state &c, const double *q, int lin
     state_view<double> s;
     s.q = q, s.links = {1, &link}, s.result[0] = jacobian_;
     c.call(rows::jacobian, s);
+    // a wrench w takes Jᵀ w off the efforts of the tree: a unit of component i takes row i of J
     std::transform(jacobian_, jacobian_ + 6 * nv, jacobian_, [](double x) { return -x; });
   }
   return c.efforts_of_drives(jacobian_ + i * nv, efforts_);
 }
 
-/// The same for the wrenches that are asked for.
+/// Reactions for such a unit, those that are asked for.
 finding wrenches_on_links::set_reactions(closed_state &c, const double *q, int link, int i,
                                          const reaction_request &wanted, const double **found) {
   double unit[6] = {};
@@ -45,6 +46,8 @@ finding wrenches_on_links::set_reactions(closed_state &c, const double *q, int l
 
 finding wrenches_on_links::find(closed_state &c, const double *q, const link_list &links,
                                 const reaction_request *wanted, const double **found) {
+  if (!c.of().idle.empty()) // wrenches one at a time turn idle bodies
+    return {finding::kind::no_column, c.of().idle[0].coordinate, 0, 0, c.solved().freedoms()};
   asked_ = wanted ? nullptr : &links;
   rows_ = wanted ? 6 * wanted->n : m_->nv();
   const int columns = 6 * this->links();
@@ -55,6 +58,7 @@ finding wrenches_on_links::find(closed_state &c, const double *q, const link_lis
     if (const finding fault = wanted ? set_reactions(c, q, on, k % 6, *wanted, &column) : set_efforts(c, q, on, k % 6))
       return fault;
     for (int i = 0; i < rows_; ++i)
+      // by_wrench_ (rows, links, 6): a column of it at a time
       by_wrench_[std::ptrdiff_t(i) * columns + k] = column[i];
   }
   *found = by_wrench_;
@@ -79,23 +83,11 @@ void wrenches_on_links::set_motions(const closed_state &c, const double *q, cons
 const double *wrenches_on_links::by_parameters(closed_state &c, const double *q, const double *v, const double *a) {
   set_motions(c, q, v, a);
   const std::ptrdiff_t n = links();
-  const vec3<double> weight = m_->view().gravity;
   for (int k = 0; k < n; ++k) {
-    const double *const D = poses_ + 16 * link(k), *const V = twists_ + 6 * link(k),
-                        *const A = accelerations_ + 6 * link(k);
-    const mat3x3<double> R = {D[0], D[4], D[8], D[1], D[5], D[9], D[2], D[6], D[10]};
-    vec3<double> fall;
-    algebra<double>::product_drinvv(&R, &weight, &fall);
-    body_motion<double> motion;
-    motion.angular_velocity = {V[3], V[4], V[5]};
-    motion.angular_acceleration = {A[3], A[4], A[5]};
-    motion.acceleration = {A[0] - fall.x, A[1] - fall.y, A[2] - fall.z};
-    for (std::ptrdiff_t i = 0; i < rows_; ++i) {
-      const double *const w =
-          by_wrench_ + (i * n + k) * 6; // minus the twist on which the inertia's wrench has this power
-      const screw<double> s = {{-w[0], -w[1], -w[2]}, {-w[3], -w[4], -w[5]}};
-      wrench_form(s, motion, by_parameter_ + (i * n + k) * parameters_of_link);
-    }
+    const std::ptrdiff_t on = link(k);
+    const body_motion<double> motion =
+        resisted_motion(poses_ + 16 * on, twists_ + 6 * on, accelerations_ + 6 * on, m_->view().gravity);
+    set_by_parameters(motion, rows_, n, k, by_wrench_, by_parameter_);
   }
   return by_parameter_;
 }

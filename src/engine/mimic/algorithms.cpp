@@ -5,6 +5,11 @@
 // Forward dynamics is no such projection, since Gᵀ has no inverse that would give the followers' efforts.  It solves
 // (Gᵀ M̂ G) a = τ − Gᵀ (bias of v̂ = G v), densely.  The inverse of M, and its products, come from the same matrix.  Algorithms that
 // solve more than one such system are in systems.hpp.
+//
+//     mimic_by                                                computed by
+//     projection                                              projection.hpp: the kernel, expanded before and reduced after
+//     solution, product, inverse, upper_triangle              dense, below: M, and one right side
+//     derivatives of solutions, hybrid, jump, operational_…   systems.hpp: several right sides, or a part of M
 #include "engine/mimic/algorithms.hpp"
 
 #include "engine/kernels/one_state.hpp"
@@ -42,7 +47,7 @@ template <class S> struct dense {
       efforts.state(w.rest, s);
     s.result[0] = w.M;
     inertia.state(w.rest, s);
-    finish(w.M, w.bias, given.tau, given.result[0]);
+    finish_dense(what, m.nv(), w.M, w.bias, given.tau, given.result[0]);
   }
 
   std::size_t batch_bytes(const batch_view<S> &given) const {
@@ -70,7 +75,7 @@ template <class S> struct dense {
         const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * nv;
         for (int j = 0; j < nv; ++j) // the result may lie where the efforts are
           tau[j] = given.tau.first ? ksl::row(given.tau, k + i)[j] : S(0);
-        finish(M + at * nv, bias + at, tau, ksl::row(given.result[0], k + i));
+        finish_dense(what, nv, M + at * nv, bias + at, tau, ksl::row(given.result[0], k + i));
       }
     }
   }
@@ -107,28 +112,6 @@ private:
           static_cast<std::ptrdiff_t>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
     }
   };
-
-  /// Sets the result, and overwrites M and bias.  If a joint moves no mass, M is singular, and the result is NaN.
-  void finish(S *M, S *bias, const S *tau, S *out) const {
-    const int nv = m.nv();
-    constexpr S nan = std::numeric_limits<S>::quiet_NaN();
-    if (what == mimic_by::upper_triangle) {
-      for (int i = 0; i < nv; ++i)
-        std::copy_n(M + i * nv + i, nv - i, out + i * nv + i);
-    } else if (what == mimic_by::inverse) {
-      if (invert(M, nv) != 0)
-        std::fill_n(M, nv * nv, nan);
-      std::copy_n(M, nv * nv, out);
-    } else {
-      for (int i = 0; i < nv; ++i)
-        bias[i] = what == mimic_by::solution ? tau[i] - bias[i] : tau[i];
-      if (ldlt(M, nv) != 0)
-        std::fill_n(bias, nv, nan);
-      else
-        solve(M, bias, nv);
-      std::copy_n(bias, nv, out);
-    }
-  }
 };
 
 /// One state, whose results nobody has looked at.

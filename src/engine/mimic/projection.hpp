@@ -28,6 +28,12 @@ inline bool is_reduced(const result_row &result) {
   return std::any_of(result.shape, result.shape + result.axes, [](extent e) { return is_reduced(e); });
 }
 
+/// A result is an array with axes, row-major.  From axis i it looks like (outer, length, inner): those before it have been reduced already, those behind
+/// it haven't.  A mass matrix of 3 coordinates, of which the last follows the first, M = Gᵀ M̂ G:
+///
+///     (3, 3)   axis 0: (1, 3, 3) → (1, 2, 3)   axis 1: (2, 3, 1) → (2, 2, 1)   (2, 2)
+///              Gᵀ M̂                            (Gᵀ M̂) G, likewise along rows
+///
 /// Reduces a result of one state to out.  Overwrites x.
 template <class S> void reduce(const coupling_view<S> &c, const result_row &result, const extents &full,
                                const extents &own, S *x, S *out) {

@@ -1,30 +1,25 @@
 // Algorithms for models with followers that solve M x = y for several right-hand sides, or for a part of the coordinates: state by
 // state, but for the derivatives of accelerations (algorithms.cpp).  M = Gᵀ M̂ G is dense, since a leader and its followers may be anywhere in
 // the tree.
+//
+// With b = Gᵀ b̂ the efforts at accelerations of zero, o the coordinates whose accelerations are sought and g those whose are given:
+//
+//     derivatives         a = M⁻¹ (τ − b);   ∂a/∂q = −M⁻¹ ∂τ/∂q at this a, likewise by v;   ∂a/∂τ = M⁻¹
+//     second derivatives  (1) of forward_dynamics_second_derivatives.hpp
+//     hybrid              M_oo a_o = τ_o − (M_og a_g + b_o),   τ_g = M_gg a_g + b_g + M_go a_o
+//     jump                M Δv = Gᵀ Ĵᵀ p of impulses p
+//     operational space   Λ⁻¹ = J M⁻¹ Jᵀ,   bias −Λ x'' at the accelerations −M⁻¹ b,   pseudo-inverse of J: M⁻¹ Jᵀ Λ
+//
+// ∂τ of the projected mechanism is Gᵀ ∂τ̂ G: projections of the algorithms of trees have it.
 #pragma once
 
+#include "engine/mimic/mass_matrix.hpp"
 #include "engine/mimic/projection.hpp"
 
 #include "engine/kernels/algorithm_rows.hpp"
 #include "ksl/engine/algorithms/operational_space/operational_space.hpp"
-#include "ksl/linalg.h"
-
-#include <limits>
 
 namespace ksl::mimic {
-
-inline int ldlt(double *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmo(A, n) : 0; }
-inline int ldlt(float *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmof(A, n) : 0; }
-inline int invert(double *A, int n) { return n > 0 ? ksl_linalg_symmetricMatrixInverse_rmo(A, n) : 0; }
-inline int invert(float *A, int n) { return n > 0 ? ksl_linalg_symmetricMatrixInverse_rmof(A, n) : 0; }
-inline void solve(const double *A, double *x, int n) {
-  if (n > 0)
-    ksl_linalg_ldlt_solve(A, x, x, n, n, 1);
-}
-inline void solve(const float *A, float *x, int n) {
-  if (n > 0)
-    ksl_linalg_ldlt_solvef(A, x, x, n, n, 1);
-}
 
 /// Is the algorithm one of those here, rather than of algorithms.cpp?
 inline bool has_systems(mimic_by how) {
@@ -53,21 +48,23 @@ inline bool is_operational(mimic_by how) {
 }
 
 /// The model without gravity and without joint physics.
-template <class S> model_view<S> weightless(const model &m) {
-  model_view<S> view = m.view_in<S>();
+template <class S> model_view<S> weightless(model_view<S> view) {
   view.gravity = {S(0), S(0), S(0)};
   view.physics = nullptr;
   return view;
 }
 
+/// view: of the expanded mechanism.
 template <class S> struct systems {
   const mimic_by what;
   const model &m;
-  projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
-  projection<S> derivatives{rows::inverse_dynamics_derivatives, m},
-      second{rows::inverse_dynamics_second_derivatives, m};
-  projection<S> columns{rows::jacobian, m}, rates{rows::frame_accelerations, m};
-  projection<S> impulses{rows::inverse_dynamics, m, weightless<S>(m)};
+  const model_view<S> view = m.view_in<S>();
+  const coupling_view<S> coupling = m.coupling_in<S>();
+  projection<S> inertia{rows::mass_matrix, m, view, coupling}, efforts{rows::inverse_dynamics, m, view, coupling};
+  projection<S> derivatives{rows::inverse_dynamics_derivatives, m, view, coupling},
+      second{rows::inverse_dynamics_second_derivatives, m, view, coupling};
+  projection<S> columns{rows::jacobian, m, view, coupling}, rates{rows::frame_accelerations, m, view, coupling};
+  projection<S> impulses{rows::inverse_dynamics, m, weightless<S>(view), coupling};
 
   std::size_t state_bytes(const extents &asked) const {
     arena measure;
@@ -127,8 +124,6 @@ template <class S> struct systems {
   }
 
 private:
-  static constexpr S nan = std::numeric_limits<S>::quiet_NaN();
-
   int states_at_a_time() const { return 4 * inertia.kernel.lanes; }
 
   struct memory_of_derivatives {
@@ -199,10 +194,9 @@ private:
 
   /// x = M⁻¹ x by the factors of M, which replace M.  NaN if M is singular.
   void solve_in_place(S *M, S *x) const {
-    if (ldlt(M, m.nv()) != 0)
-      std::fill_n(x, m.nv(), nan);
-    else
-      solve(M, x, m.nv());
+    const auto fault = ldlt(M, m.nv());
+    solve(M, x, m.nv());
+    mark(fault, x, m.nv());
   }
 
   /// a = M⁻¹ (τ − a), where a is the bias on entry.  M is replaced by its factors.
@@ -212,11 +206,10 @@ private:
     solve_in_place(M, a);
   }
 
-  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of ksl/engine/forward_dynamics_derivatives.hpp, and M⁻¹, which replaces M.
+  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of forward_dynamics_derivatives.hpp, and M⁻¹, which replaces M.
   void set_products(S *M, const S *by_q, const S *by_v, S *da_dq, S *da_dv, S *da_dtau) const {
     const int nv = m.nv();
-    if (invert(M, nv) != 0)
-      std::fill_n(M, nv * nv, nan);
+    mark(invert(M, nv), M, nv * nv);
     const S *const X[] = {by_q, by_v};
     S *const out[] = {da_dq, da_dv};
     for (int which = 0; which < 2; ++which)
@@ -231,6 +224,7 @@ private:
       std::copy_n(M, nv * nv, da_dtau);
   }
 
+  /// w.M has M on entry, its factors once a is known, M again as the derivative of efforts by accelerations, and M⁻¹ at the end.
   void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     S *const by_q = w.matrix, *const by_v = w.matrix + m.nv() * m.nv();
     missing_efforts(w, given, w.zero, given.tau);
@@ -241,8 +235,9 @@ private:
     set_products(w.M, by_q, by_v, given.result[0], given.result[1], given.result[2]);
   }
 
-  /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
-  /// system, and then times −M⁻¹: the equations of ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
+  /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the system, and then times −M⁻¹.  Results are
+  /// (nv, nv, nv): a matrix over (k, m) for each effort i, so that what M⁻¹ combines is one matrix apart.  The equations
+  /// are those of ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
   void set_second_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), matrix = nv * nv;
     state_view<S> s = given;
@@ -251,6 +246,7 @@ private:
     set_derivatives(w, s);
     s = given;
     s.a = w.x;
+    // now w.first has a_q, a_v and M⁻¹, (nv, nv) each, and w.M is M⁻¹, too
     second.state(w.rest, s);
     for (int i = 0; i < nv; ++i)
       add_products(w, given.result[0] + i * matrix, given.result[2] + i * matrix, given.result[3] + i * matrix);
@@ -270,6 +266,8 @@ private:
 
   /// Adds to the second derivatives of one effort, i, the terms with first derivatives of the accelerations.  On entry by_tau has
   /// dM_il/dq_k.
+  ///
+  ///     by_q += M_q a_q + (M_q a_q)ᵀ,   by_qv += M_q a_v,   by_tau = M_q M⁻¹,     (M_q x)_km = Σ_l ∂M_il/∂q_k x_lm
   void add_products(const memory_of_state &w, S *by_q, S *by_qv, S *by_tau) const {
     const int nv = m.nv(), matrix = nv * nv;
     S *const M = w.matrix, *const product = w.matrix + matrix;
@@ -289,14 +287,13 @@ private:
 
   /// Finds the coordinates whose accelerations are given.  That of a follower is given if that of its leader is.
   void find_given(const memory_of_state &w, const link_list &links) const {
-    const coupling_view<S> c = m.coupling_in<S>();
-    const model_view<S> view = m.view_in<S>();
-    for (int i = 0; i < c.nv; ++i)
-      w.user[c.in_v[i]] = i, w.is_given[i] = false;
-    for (int f = 0; f < c.followers; ++f)
-      w.user[c.follower[f].v] = w.user[c.follower[f].leader_v];
+    for (int i = 0; i < coupling.nv; ++i)
+      w.user[coupling.in_v[i]] = i, w.is_given[i] = false;
+    for (int f = 0; f < coupling.followers; ++f)
+      w.user[coupling.follower[f].v] = w.user[coupling.follower[f].leader_v];
     for (int k = 0; k < links.n; ++k) {
       const body<S> *b = &view.body[view.link[links.index[k]].body];
+      // a universal joint is two bodies, whose coordinates follow each other; links are on the second
       for (int v = b->ends_universal ? b->v_index - 1 : b->v_index; v < b->v_index + b->nv; ++v)
         w.is_given[w.user[v]] = true;
     }
@@ -319,12 +316,12 @@ private:
       for (int k = 0; k < nv; ++k)
         if (!w.is_given[i] && !w.is_given[k])
           part[at++] = w.M[i * nv + k];
-    if (ldlt(part, n) != 0)
-      std::fill_n(x, n, nan);
-    else
-      solve(part, x, n);
+    const auto fault = ldlt(part, n);
+    solve(part, x, n);
+    mark(fault, x, n);
     S *const found = w.matrix; // in place of `part`, which isn't needed any more
     for (int i = 0; i < nv; ++i) {
+      // −w.x = M_g a_g + b, the efforts with a_o = 0
       S sum = -w.x[i];
       int k = 0;
       for (int j = 0; j < nv; ++j)
@@ -358,17 +355,19 @@ private:
       s.links = {1, given.links.index + f};
       run(columns, w, s, w.J + 6 * f * nv);
     }
-    const bool determined = ldlt(w.M, nv) == 0;
+    const auto fault = ldlt(w.M, nv);
     std::copy_n(w.J, rows * nv, w.solved);
-    for (int i = 0; i < rows && determined; ++i)
+    for (int i = 0; i < rows; ++i)
+      // row i of J M⁻¹ is M⁻¹ times row i of J: M is symmetric
       solve(w.M, w.solved + i * nv, nv);
     for (int i = 0; i < rows; ++i)
       for (int k = 0; k <= i; ++k) {
         S sum = 0;
         for (int j = 0; j < nv; ++j)
           sum += w.solved[i * nv + j] * w.J[k * nv + j];
-        w.square[i * rows + k] = w.square[k * rows + i] = determined ? sum : nan;
+        w.square[i * rows + k] = w.square[k * rows + i] = sum;
       }
+    mark(fault, w.square, std::ptrdiff_t(rows) * rows);
   }
 
   /// The definitions of ksl/engine/algorithms/operational_space/operational_space.hpp.

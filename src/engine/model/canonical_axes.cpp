@@ -24,6 +24,7 @@ plane_rotation<double> rotation_to_axis(const mat3x3<double> &joint) {
   const double sine = sine_to_axis(joint);
   if (sine < negligible)
     return no_rotation;
+  // r with (Rz(r)⁻¹ a).x = cos r a.x + sin r a.y = 0 for the axis a: (sin, cos) = ±(a.x, −a.y) / √(a.x² + a.y²), the sign by cos r ≥ 0
   const double sign = joint.m12 > 0 || (joint.m12 == 0 && joint.m02 < 0) ? -1 : 1;
   return {sign * joint.m02 / sine, -sign * joint.m12 / sine};
 }
@@ -44,6 +45,7 @@ void rotate_link(const plane_rotation<double> &r, link<double> &l) {
   for (int z = 0; z < 3; ++z) {
     if (!l.carried_by_moving_joint || R[0][z] != 0 || R[1][z] != 0)
       continue;
+    // the link's axis z is the joint's, in this or the opposite direction; its x in the body's plane of x and y, (cos φ, sin φ), gives the rotation −φ
     const int x = (z + 1) % 3, y = (z + 2) % 3;
     l.axis_aligned = true;
     l.permutation = {{-R[1][x], R[0][x]}, R[2][z], {x, y, z}};
@@ -52,6 +54,8 @@ void rotate_link(const plane_rotation<double> &r, link<double> &l) {
 
 /// Factors the placement of a joint into Rz(offset) Rx(alpha) Rz(theta0).  `chosen` is the rotation from the joint's frame to
 /// the body's canonical frame; it becomes part of theta0.
+///
+///     R z = Rz(offset) (0, −sin alpha, cos alpha)   gives offset and alpha;   (Rz(offset) Rx(alpha))⁻¹ R = Rz(theta0)
 void take_apart(body<double> &b, const plane_rotation<double> &chosen) {
   mat3x3<double> &R = b.placement.R, rest = R;
   b.offset = rotation_to_axis(R);
@@ -81,6 +85,7 @@ mat3x3<double> frame_with_z(const vec3<double> &z) {
   A::axpy_vv(-A::dot_vv(&x, &z), &z, &x);
   A::vec3_normalize(&x);
   A::cross_vv(&z, &x, &y);
+  // mat3x3 has its numbers column by column
   return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
 }
 

@@ -74,6 +74,7 @@ bool has_rotor_body(const joint_description &j, const physics_options &options) 
 
 coordinate_physics<double> physics_of(const joint_description &j, const physics_options &options, int q_index) {
   coordinate_physics<double> c{};
+  // the rotor turns by n q̇ and feels ½ I (n q̇)²: I n² at the joint.  As a body it also turns with the joint's parent.
   const double reflected =
       options.rotor && !has_rotor_body(j, options) ? j.rotor_inertia * j.gear_ratio * j.gear_ratio : 0;
   c.armature = (options.armature ? j.armature : 0) + reflected;
@@ -90,6 +91,27 @@ coordinate_physics<double> physics_of(const joint_description &j, const physics_
 /// Does a line of a description's unused contents name physics that is off?
 bool is_off_line(const std::string &line) { return line.find("(read, not applied)") != line.npos; }
 
+/// I a aᵀ: a rotor about its own axis alone, since its mass is in the links that the file gives.
+spatial_inertia<double> rotor_of(const joint_description &j) {
+  const vec3<double> a = axis_of(j);
+  const double I = j.rotor_inertia;
+  return {0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
+}
+
+/// Has the link of a rotor what add_rotor gave it, and no payload or parameters of its own?  The joint that the rotor follows may be frozen, and follow no more.
+bool is_rotor_alone(const robot_description &robot, const joint_description &rotor) {
+  const spatial_inertia<double> &I = robot.links[static_cast<std::size_t>(rotor.child)].inertia;
+  if (I.m != 0 || I.h.x != 0 || I.h.y != 0 || I.h.z != 0)
+    return false;
+  for (const joint_description &j : robot.joints)
+    if (rotor.mimic && j.name == rotor.mimic->joint) {
+      const spatial_inertia<double> R = rotor_of(j);
+      return I.Ixx == R.Ixx && I.Iyy == R.Iyy && I.Izz == R.Izz && I.Ixy == R.Ixy && I.Iyz == R.Iyz && I.Izx == R.Izx;
+    }
+  return true;
+}
+
+/// What names a link by its index would be on the next link that stays, so a rotor that anything else is on can't go.
 void remove_rotors(robot_description &robot) {
   std::vector<bool> goes(robot.links.size(), false);
   for (const joint_description &j : robot.joints)
@@ -97,11 +119,34 @@ void remove_rotors(robot_description &robot) {
       goes[static_cast<std::size_t>(j.child)] = true;
   if (std::find(goes.begin(), goes.end(), true) == goes.end())
     return;
-  for (const joint_description &j : robot.joints)
-    if (!j.is_rotor && goes[static_cast<std::size_t>(j.parent)])
-      refuse(robot, j,
-             "its parent link " + text::quoted(robot.links[static_cast<std::size_t>(j.parent)].name) +
-                 " is a rotor, which is a link with the physics \"rotor bodies\" alone; put the joint on another link");
+  check_tree(robot);
+  const auto shown = [&](int link) { return text::quoted(robot.links[static_cast<std::size_t>(link)].name); };
+  const auto refuse_on_rotor = [&](int link, const file_position &at, const char *what, const std::string &name,
+                                   const char *whose) {
+    if (goes[static_cast<std::size_t>(link)])
+      text::refuse(robot.file, at.line,
+                   what + (" " + text::quoted(name)) + ": its " + whose + " link " + shown(link) +
+                       " is a rotor, which is a link with the physics \"rotor bodies\" alone; put the " + what +
+                       " on another link");
+  };
+  for (const joint_description &j : robot.joints) {
+    if (!j.is_rotor)
+      refuse_on_rotor(j.parent, j.at, "joint", j.name, "parent");
+    else if (!is_rotor_alone(robot, j))
+      text::refuse(
+          robot.file, j.at.line,
+          "link " + shown(j.child) +
+              " is a rotor, which is a link with the physics \"rotor bodies\" alone, and has a mass or an inertia "
+              "that isn't its joint's rotor_inertia; put that on another link, or keep the physics");
+  }
+  for (const loop_description &l : robot.loops) {
+    refuse_on_rotor(l.predecessor, l.at, "joint", l.name, "parent");
+    refuse_on_rotor(l.successor, l.at, "joint", l.name, "child");
+  }
+  for (const force_element_description &of : robot.force_elements) {
+    refuse_on_rotor(of.link1, of.at, "force element", of.name, "first");
+    refuse_on_rotor(of.link2, of.at, "force element", of.name, "second");
+  }
   std::vector<int> index;
   std::vector<link_description> links;
   for (std::size_t l = 0; l < robot.links.size(); ++l) {
@@ -122,21 +167,18 @@ void remove_rotors(robot_description &robot) {
 
 /// Adds link and joint JOINT_rotor, or that name with underscores after it.  names: those of all links and joints.
 void add_rotor(robot_description &robot, const joint_description &j, std::set<std::string> &names) {
-  const vec3<double> a = axis_of(j);
-  const double I = j.rotor_inertia;
   link_description link;
   joint_description joint;
   link.name = joint.name =
       text::free_name(j.name + "_rotor", [&](const std::string &name) { return names.count(name) > 0; });
   names.insert(link.name);
   link.at = joint.at = j.at;
-  link.inertia = {
-      0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
+  link.inertia = rotor_of(j);
   link.has_inertial = true;
   joint.kind = joint_kind::continuous;
   joint.parent = j.parent, joint.child = static_cast<int>(robot.links.size());
   joint.placement = j.placement;
-  joint.axis = a;
+  joint.axis = axis_of(j);
   joint.mimic = {j.name, j.gear_ratio, 0, j.at};
   joint.is_rotor = true;
   robot.links.push_back(std::move(link));
@@ -250,6 +292,7 @@ std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, 
   }
   if (!(options.damping || options.friction || options.armature || options.rotor || options.spring))
     return {};
+  // where a joint has nothing: the width 1 keeps v / √(v² + w²) finite at rest
   std::vector<coordinate_physics<double>> all(static_cast<std::size_t>(nv), {0, 0, 0, 1, 0, 0, 0, false});
   for (const joint_row &j : joints)
     for (int k = 0; k < row_of(j.kind).nv; ++k)

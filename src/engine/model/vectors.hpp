@@ -1,21 +1,22 @@
-// Vectors, twists and wrenches as values, for code that isn't of the inner loops of algorithms.
+// Vectors, twists and wrenches as values, for code that isn't of the inner loops of algorithms; the first of them over any scalar.
 #pragma once
 
 #include "ksl/algebra.hpp"
 
-#include <cmath>
+#include <type_traits>
 
 namespace ksl::vectors {
 
-inline vec3<double> cross(const vec3<double> &a, const vec3<double> &b) {
+template <class R> vec3<R> cross(const vec3<R> &a, const vec3<R> &b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline double dot(const vec3<double> &a, const vec3<double> &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline vec3<double> sum(const vec3<double> &a, const vec3<double> &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class R> R dot(const vec3<R> &a, const vec3<R> &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+template <class R> vec3<R> sum(const vec3<R> &a, const vec3<R> &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+template <class R> vec3<R> scaled(std::type_identity_t<R> s, const vec3<R> &a) { return {s * a.x, s * a.y, s * a.z}; }
 inline vec3<double> difference(const vec3<double> &a, const vec3<double> &b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-inline double length(const vec3<double> &a) { return std::sqrt(dot(a, a)); }
+template <class R> R length(const vec3<R> &a) { return math<R>::sqrt(dot(a, a)); }
 inline vec3<double> turned(const mat3x3<double> &R, const vec3<double> &x) {
   vec3<double> y;
   algebra<double>::product_drv(&R, &x, &y);
@@ -44,10 +45,10 @@ inline screw<double> at_frame(const SE3<double> &D, const screw<double> &s) {
   return {turned_back(D.R, sum(s.lin, cross(s.ang, D.t))), turned_back(D.R, s.ang)};
 }
 inline double work(const coscrew<double> &f, const screw<double> &s) { return dot(f.lin, s.lin) + dot(f.ang, s.ang); }
+/// A bound of the terms of `work`, whatever the directions.
 inline double magnitude(const coscrew<double> &f, const screw<double> &s) {
   return length(f.lin) * length(s.lin) + length(f.ang) * length(s.ang);
 }
-inline vec3<double> scaled(double s, const vec3<double> &a) { return {s * a.x, s * a.y, s * a.z}; }
 inline screw<double> scaled(double s, const screw<double> &a) { return {scaled(s, a.lin), scaled(s, a.ang)}; }
 inline screw<double> sum(const screw<double> &a, const screw<double> &b) {
   return {sum(a.lin, b.lin), sum(a.ang, b.ang)};

@@ -55,6 +55,9 @@ struct memory_of_rows {
 };
 
 /// Do the rows of a and b have no number in common?  Rows of equal distance may be parts of one record.
+///
+///     │ a a a . b b . . │ a a a . b b . . │     with one stride: b is `ahead` of a, modulo the stride, by the row of a or more,
+///       └ ahead ┘                             and ends before the next row of a
 inline bool are_apart(const memory_of_rows &a, const memory_of_rows &b, std::size_t n) {
   if (n == 0 || a.bytes == 0 || b.bytes == 0)
     return true;

@@ -44,7 +44,7 @@ void compute_in_general(const algorithm_row &row, const model &m, data &d, const
   examine_results(row, m, d, s, given, compute_ordinary<S>(row, m, d, s));
 }
 
-/// The same.  Throws result_error if results are not finite although the arguments are.  Calls from C++ (arguments unchecked) look at the
+/// Runs it, and throws result_error if results are not finite although the arguments are.  Calls from C++ (arguments unchecked) look at the
 /// results of algorithms that need mass only, where that costs least.
 ///
 /// Most calls are for trees: what else could act is asked once, and what the row says is known where the call is compiled.  For one state

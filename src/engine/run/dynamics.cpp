@@ -55,11 +55,13 @@ template <class S> void random_position(const model &m, const S *uniform, S *q) 
   for (std::size_t i = 0; i < m.position_ranges().size(); ++i) {
     const auto [lower, upper] = m.position_ranges()[i];
     const double number = double(uniform[i]), width = upper - lower;
+    // from (lower, upper]: uniform numbers are in [0, 1).  The width of two finite limits may overflow, half of it can't.
     q[i] = S(std::isfinite(width) ? upper - width * number : 2 * (upper / 2 - (upper / 2 - lower / 2) * number));
   }
   const double turn = 2 * std::acos(-1.0);
   for (const model::quaternion_in_q &quaternion : m.quaternions()) {
     const S *const u = uniform + quaternion.q_index;
+    // Shoemake: (√(1 − u₁) (sin 2π u₂, cos 2π u₂), √u₁ (sin 2π u₃, cos 2π u₃)) is uniform on the unit sphere of four dimensions
     const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * double(u[1]),
                  y = turn * double(u[2]);
     const double numbers[4] = {a * std::sin(x), a * std::cos(x), b * std::sin(y), b * std::cos(y)};

@@ -7,23 +7,20 @@
 namespace ksl {
 
 template <class S>
-void inverse_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, S *tau,
-                      const external_wrenches<S> &external) {
+void inverse_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, S *tau, const external_wrenches<S> &external) {
   compute<S>(rows::inverse_dynamics, m, d, {.q = q, .v = v, .a = a, .external = external, .result = {tau}});
 }
 
 template <class S>
-void inverse_dynamics_with_reactions(const model &m, data &d, const S *q, const S *v, const S *a, S *tau,
-                                     const reaction_request &request, S *reactions,
+void inverse_dynamics_with_reactions(const model &m, data &d, const S *q, const S *v, const S *a, S *tau, const reaction_request &request, S *reactions,
                                      const external_wrenches<S> &external) {
   const reaction_result<S> wanted = {&request, reactions};
-  compute<S>(rows::inverse_dynamics_with_reactions, m, d, {.q = q, .v = v, .a = a, .external = external,
-                                                           .reactions_n = 1, .reactions = &wanted, .result = {tau}});
+  compute<S>(rows::inverse_dynamics_with_reactions, m, d, {.q = q, .v = v, .a = a, .external = external, .reactions_n = 1, .reactions = &wanted,
+                                                           .result = {tau}});
 }
 
 template <class S>
-void effort_parts(const model &m, data &d, const S *q, const S *v, const S *a, S *parts,
-                  const external_wrenches<S> &external) {
+void effort_parts(const model &m, data &d, const S *q, const S *v, const S *a, S *parts, const external_wrenches<S> &external) {
   compute<S>(rows::effort_parts, m, d, {.q = q, .v = v, .a = a, .external = external, .result = {parts}});
 }
 
@@ -40,23 +37,19 @@ void gravity_torque(const model &m, data &d, const S *q, S *tau, const external_
 }
 
 template <class S>
-void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
-                      const external_wrenches<S> &external) {
+void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *tau, S *a, const external_wrenches<S> &external) {
   compute<S>(rows::forward_dynamics, m, d, {.q = q, .v = v, .tau = tau, .external = external, .result = {a}});
 }
 
 template <class S>
-void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
-                                     const external_wrenches<S> &external) {
-  compute<S>(rows::forward_dynamics_by_mass_matrix, m, d, {.q = q, .v = v, .tau = tau, .external = external,
-                                                           .result = {a}});
+void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a, const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_by_mass_matrix, m, d, {.q = q, .v = v, .tau = tau, .external = external, .result = {a}});
 }
 
 template <class S>
-void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, int n, const int *links,
-                     S *a_out, S *tau_out, const external_wrenches<S> &external) {
-  compute<S>(rows::hybrid_dynamics, m, d, {.q = q, .v = v, .a = a, .tau = tau, .external = external,
-                                           .links = {n, links}, .result = {a_out, tau_out}});
+void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, int n, const int *links, S *a_out, S *tau_out,
+                     const external_wrenches<S> &external) {
+  compute<S>(rows::hybrid_dynamics, m, d, {.q = q, .v = v, .a = a, .tau = tau, .external = external, .links = {n, links}, .result = {a_out, tau_out}});
 }
 
 template <class S>
@@ -110,23 +103,18 @@ void frame_velocity(const model &m, data &d, const S *q, const S *v, int link, c
 }
 
 template <class S>
-void frame_velocities(const model &m, data &d, const S *q, const S *v, int n, const int *links,
-                      const frame_options &how, S *twists) {
+void frame_velocities(const model &m, data &d, const S *q, const S *v, int n, const int *links, const frame_options &how, S *twists) {
   compute<S>(rows::frame_velocities, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how, .result = {twists}});
 }
 
 template <class S>
-void frame_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how,
-                        S *acceleration) {
-  compute<S>(rows::frame_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
-                                              .result = {acceleration}});
+void frame_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how, S *acceleration) {
+  compute<S>(rows::frame_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how, .result = {acceleration}});
 }
 
 template <class S>
-void frame_accelerations(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
-                         const frame_options &how, S *accelerations) {
-  compute<S>(rows::frame_accelerations, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how,
-                                               .result = {accelerations}});
+void frame_accelerations(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links, const frame_options &how, S *accelerations) {
+  compute<S>(rows::frame_accelerations, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how, .result = {accelerations}});
 }
 
 template <class S>
@@ -135,10 +123,8 @@ void point_velocity(const model &m, data &d, const S *q, const S *v, int link, c
 }
 
 template <class S>
-void point_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how,
-                        S *acceleration) {
-  compute<S>(rows::point_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
-                                              .result = {acceleration}});
+void point_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how, S *acceleration) {
+  compute<S>(rows::point_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how, .result = {acceleration}});
 }
 
 template <class S>
@@ -158,8 +144,7 @@ void relative_pose(const model &m, data &d, const S *q, int link, int seen_from,
 }
 
 template <class S>
-void relative_velocity(const model &m, data &d, const S *q, const S *v, int link, int seen_from,
-                       const frame_options &how, S *twist) {
+void relative_velocity(const model &m, data &d, const S *q, const S *v, int link, int seen_from, const frame_options &how, S *twist) {
   const int links[] = {link, seen_from};
   compute<S>(rows::relative_velocity, m, d, {.q = q, .v = v, .links = {2, links}, .frame = how, .result = {twist}});
 }
@@ -171,23 +156,19 @@ void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_f
 }
 
 template <class S>
-void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
-                                       const frame_options &how, S *inverse) {
+void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links, const frame_options &how, S *inverse) {
   compute<S>(rows::operational_space_inertia_inverse, m, d, {
       .q = q, .links = {n, links}, .frame = how, .result = {inverse}});
 }
 
 template <class S>
-void operational_space_inertia(const model &m, data &d, const S *q, int n, const int *links, const frame_options &how,
-                               S *inertia, S *rank) {
-  compute<S>(rows::operational_space_inertia, m, d, {.q = q, .links = {n, links}, .frame = how,
-                                                     .result = {inertia, rank}});
+void operational_space_inertia(const model &m, data &d, const S *q, int n, const int *links, const frame_options &how, S *inertia, S *rank) {
+  compute<S>(rows::operational_space_inertia, m, d, {.q = q, .links = {n, links}, .frame = how, .result = {inertia, rank}});
 }
 
 template <class S>
-void operational_space(const model &m, data &d, const S *q, const S *v, int n, const int *links,
-                       const frame_options &how, S *inertia, S *bias, S *pseudo_inverse, S *rank,
-                       const external_wrenches<S> &external) {
+void operational_space(const model &m, data &d, const S *q, const S *v, int n, const int *links, const frame_options &how, S *inertia, S *bias,
+                       S *pseudo_inverse, S *rank, const external_wrenches<S> &external) {
   compute<S>(rows::operational_space, m, d, {.q = q, .v = v, .external = external, .links = {n, links}, .frame = how,
                                              .result = {inertia, bias, pseudo_inverse, rank}});
 }
@@ -233,24 +214,19 @@ void centroidal_momentum_matrix(const model &m, data &d, const S *q, component_o
 }
 
 template <class S>
-void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, component_order order,
-                              S *rate) {
-  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .frame = options_of(order),
-                                                    .result = {rate}});
+void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, component_order order, S *rate) {
+  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .frame = options_of(order), .result = {rate}});
 }
 
 template <class S>
-void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq, S *dtau_dv,
-                                  S *dtau_da, const external_wrenches<S> &external) {
-  compute<S>(rows::inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external,
-                                                        .result = {dtau_dq, dtau_dv, dtau_da}});
+void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq, S *dtau_dv, S *dtau_da,
+                                  const external_wrenches<S> &external) {
+  compute<S>(rows::inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .result = {dtau_dq, dtau_dv, dtau_da}});
 }
 
 template <class S>
-void inverse_dynamics_gradient(const model &m, data &d, const S *q, const S *v, const S *a, const S *weights, S *by_q,
-                               S *by_v, S *by_a) {
-  compute<S>(rows::inverse_dynamics_gradient, m, d, {.q = q, .v = v, .a = a, .tau = weights,
-                                                     .result = {by_q, by_v, by_a}});
+void inverse_dynamics_gradient(const model &m, data &d, const S *q, const S *v, const S *a, const S *weights, S *by_q, S *by_v, S *by_a) {
+  compute<S>(rows::inverse_dynamics_gradient, m, d, {.q = q, .v = v, .a = a, .tau = weights, .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
@@ -260,91 +236,76 @@ void stiffness(const model &m, data &d, const S *q, S *K, const external_wrenche
 }
 
 template <class S>
-void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq, S *da_dv,
-                                  S *da_dtau, const external_wrenches<S> &external) {
-  compute<S>(rows::forward_dynamics_derivatives, m, d, {.q = q, .v = v, .tau = tau, .external = external,
-                                                        .result = {da_dq, da_dv, da_dtau}});
+void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq, S *da_dv, S *da_dtau,
+                                  const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_derivatives, m, d, {.q = q, .v = v, .tau = tau, .external = external, .result = {da_dq, da_dv, da_dtau}});
 }
 
 template <class S>
-void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request,
-                           S *by_q, S *by_v, S *by_a, const external_wrenches<S> &external) {
-  compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
-                                                 .result = {by_q, by_v, by_a}});
+void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request, S *by_q, S *by_v, S *by_a,
+                           const external_wrenches<S> &external) {
+  compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request, .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
-void reactions_external_derivatives(const model &m, data &d, const S *q, const reaction_request &request,
-                                    S *by_external) {
+void reactions_external_derivatives(const model &m, data &d, const S *q, const reaction_request &request, S *by_external) {
   compute<S>(rows::reactions_external_derivatives, m, d, {.q = q, .joints = &request, .result = {by_external}});
 }
 
 template <class S>
-void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
-                                S *by_q, S *by_v) {
-  compute<S>(rows::frame_velocity_derivatives, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how,
-                                                      .result = {by_q, by_v}});
+void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *by_q, S *by_v) {
+  compute<S>(rows::frame_velocity_derivatives, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {by_q, by_v}});
 }
 
 template <class S>
-void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, int n, const int *links,
-                                  const frame_options &how, S *by_q, S *by_v) {
-  compute<S>(rows::frame_velocities_derivatives, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how,
-                                                        .result = {by_q, by_v}});
+void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, int n, const int *links, const frame_options &how, S *by_q, S *by_v) {
+  compute<S>(rows::frame_velocities_derivatives, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how, .result = {by_q, by_v}});
 }
 
 template <class S>
-void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int link,
-                                    const frame_options &how, S *by_q, S *by_v, S *by_a) {
-  compute<S>(rows::frame_acceleration_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
-                                                          .result = {by_q, by_v, by_a}});
+void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how, S *by_q, S *by_v,
+                                    S *by_a) {
+  compute<S>(rows::frame_acceleration_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how, .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
-void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int n,
-                                     const int *links, const frame_options &how, S *by_q, S *by_v, S *by_a) {
-  compute<S>(rows::frame_accelerations_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how,
-                                                           .result = {by_q, by_v, by_a}});
+void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links, const frame_options &how, S *by_q,
+                                     S *by_v, S *by_a) {
+  compute<S>(rows::frame_accelerations_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how, .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
-void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kinetic_by_q, S *kinetic_by_v,
-                        S *potential_by_q) {
+void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kinetic_by_q, S *kinetic_by_v, S *potential_by_q) {
   compute<S>(rows::energy_derivatives, m, d, {.q = q, .v = v, .result = {kinetic_by_q, kinetic_by_v, potential_by_q}});
 }
 
 template <class S>
-void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, component_order order, S *by_q,
-                                     S *by_v) {
-  compute<S>(rows::centroidal_momentum_derivatives, m, d, {.q = q, .v = v, .frame = options_of(order),
-                                                           .result = {by_q, by_v}});
+void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, component_order order, S *by_q, S *by_v) {
+  compute<S>(rows::centroidal_momentum_derivatives, m, d, {.q = q, .v = v, .frame = options_of(order), .result = {by_q, by_v}});
 }
 
 template <class S>
-void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
-                                          component_order order, S *by_q, S *by_v, S *by_a) {
+void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, component_order order, S *by_q, S *by_v, S *by_a) {
   compute<S>(rows::centroidal_momentum_rate_derivatives, m, d, {
       .q = q, .v = v, .a = a, .frame = options_of(order), .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
-void inverse_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *d2tau_dqdq,
-                                         S *d2tau_dvdv, S *d2tau_dqdv, S *dM_dq, const external_wrenches<S> &external) {
+void inverse_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *d2tau_dqdq, S *d2tau_dvdv, S *d2tau_dqdv, S *dM_dq,
+                                         const external_wrenches<S> &external) {
   compute<S>(rows::inverse_dynamics_second_derivatives, m, d, {
       .q = q, .v = v, .a = a, .external = external, .result = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq}});
 }
 
 template <class S>
-void forward_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *d2a_dqdq,
-                                         S *d2a_dvdv, S *d2a_dqdv, S *d2a_dqdtau,
+void forward_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *d2a_dqdq, S *d2a_dvdv, S *d2a_dqdv, S *d2a_dqdtau,
                                          const external_wrenches<S> &external) {
   compute<S>(rows::forward_dynamics_second_derivatives, m, d, {
       .q = q, .v = v, .tau = tau, .external = external, .result = {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau}});
 }
 
 template <class S>
-void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
-                                S *Y) {
+void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links, S *Y) {
   compute<S>(rows::inverse_dynamics_regressor, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}});
 }
 
@@ -355,22 +316,18 @@ void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const 
 }
 
 template <class S>
-void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request,
-                         S *Y) {
+void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request, S *Y) {
   compute<S>(rows::reactions_regressor, m, d, {.q = q, .v = v, .a = a, .joints = &request, .result = {Y}});
 }
 
 template <class S>
-void energy_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *kinetic,
-                      S *potential) {
+void energy_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *kinetic, S *potential) {
   compute<S>(rows::energy_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}});
 }
 
 template <class S>
-void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, component_order order,
-                        S *P) {
-  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .frame = options_of(order),
-                                              .result = {P}});
+void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, component_order order, S *P) {
+  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .frame = options_of(order), .result = {P}});
 }
 
 template <class S>
@@ -398,40 +355,28 @@ void difference_jacobians(const model &m, data &d, const S *q0, const S *q1, S *
   compute<S>(rows::difference_jacobians, m, d, {.q = q0, .q1 = q1, .result = {by_q0, by_q1}});
 }
 
-template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
-                                       const external_wrenches<double> &);
-template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
-                                      const external_wrenches<float> &);
-template void inverse_dynamics_with_reactions<double>(const model &, data &, const double *, const double *,
-                                                      const double *, double *, const reaction_request &, double *,
-                                                      const external_wrenches<double> &);
-template void inverse_dynamics_with_reactions<float>(const model &, data &, const float *, const float *, const float *,
-                                                     float *, const reaction_request &, float *,
-                                                     const external_wrenches<float> &);
-template void effort_parts<double>(const model &, data &, const double *, const double *, const double *, double *,
-                                   const external_wrenches<double> &);
-template void effort_parts<float>(const model &, data &, const float *, const float *, const float *, float *,
-                                  const external_wrenches<float> &);
-template void bias<double>(const model &, data &, const double *, const double *, double *,
-                           const external_wrenches<double> &);
-template void bias<float>(const model &, data &, const float *, const float *, float *,
-                          const external_wrenches<float> &);
-template void gravity_torque<double>(const model &, data &, const double *, double *,
-                                     const external_wrenches<double> &);
-template void gravity_torque<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
-template void forward_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
-                                       const external_wrenches<double> &);
-template void forward_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
-                                      const external_wrenches<float> &);
-template void forward_dynamics_by_mass_matrix<double>(const model &, data &, const double *, const double *,
-                                                      const double *, double *, const external_wrenches<double> &);
-template void forward_dynamics_by_mass_matrix<float>(const model &, data &, const float *, const float *, const float *,
+template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *, const external_wrenches<double> &);
+template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *, const external_wrenches<float> &);
+template void inverse_dynamics_with_reactions<double>(const model &, data &, const double *, const double *, const double *, double *, const reaction_request &,
+                                                      double *, const external_wrenches<double> &);
+template void inverse_dynamics_with_reactions<float>(const model &, data &, const float *, const float *, const float *, float *, const reaction_request &,
                                                      float *, const external_wrenches<float> &);
-template void hybrid_dynamics<double>(const model &, data &, const double *, const double *, const double *,
-                                      const double *, int, const int *, double *, double *,
-                                      const external_wrenches<double> &);
-template void hybrid_dynamics<float>(const model &, data &, const float *, const float *, const float *, const float *,
-                                     int, const int *, float *, float *, const external_wrenches<float> &);
+template void effort_parts<double>(const model &, data &, const double *, const double *, const double *, double *, const external_wrenches<double> &);
+template void effort_parts<float>(const model &, data &, const float *, const float *, const float *, float *, const external_wrenches<float> &);
+template void bias<double>(const model &, data &, const double *, const double *, double *, const external_wrenches<double> &);
+template void bias<float>(const model &, data &, const float *, const float *, float *, const external_wrenches<float> &);
+template void gravity_torque<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
+template void gravity_torque<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
+template void forward_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *, const external_wrenches<double> &);
+template void forward_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *, const external_wrenches<float> &);
+template void forward_dynamics_by_mass_matrix<double>(const model &, data &, const double *, const double *, const double *, double *,
+                                                      const external_wrenches<double> &);
+template void forward_dynamics_by_mass_matrix<float>(const model &, data &, const float *, const float *, const float *, float *,
+                                                     const external_wrenches<float> &);
+template void hybrid_dynamics<double>(const model &, data &, const double *, const double *, const double *, const double *, int, const int *, double *,
+                                      double *, const external_wrenches<double> &);
+template void hybrid_dynamics<float>(const model &, data &, const float *, const float *, const float *, const float *, int, const int *, float *, float *,
+                                     const external_wrenches<float> &);
 template void velocity_jump<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
 template void velocity_jump<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void mass_matrix<double>(const model &, data &, const double *, double *);
@@ -450,171 +395,114 @@ template void coriolis_matrix<double>(const model &, data &, const double *, con
 template void coriolis_matrix<float>(const model &, data &, const float *, const float *, float *);
 template void frame_poses<double>(const model &, data &, const double *, int, const int *, double *);
 template void frame_poses<float>(const model &, data &, const float *, int, const int *, float *);
-template void frame_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
-                                     double *);
-template void frame_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &,
-                                    float *);
-template void frame_velocities<double>(const model &, data &, const double *, const double *, int, const int *,
-                                       const frame_options &, double *);
-template void frame_velocities<float>(const model &, data &, const float *, const float *, int, const int *,
-                                      const frame_options &, float *);
-template void frame_acceleration<double>(const model &, data &, const double *, const double *, const double *, int,
-                                         const frame_options &, double *);
-template void frame_acceleration<float>(const model &, data &, const float *, const float *, const float *, int,
-                                        const frame_options &, float *);
-template void frame_accelerations<double>(const model &, data &, const double *, const double *, const double *, int,
-                                          const int *, const frame_options &, double *);
-template void frame_accelerations<float>(const model &, data &, const float *, const float *, const float *, int,
-                                         const int *, const frame_options &, float *);
-template void point_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
-                                     double *);
-template void point_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &,
-                                    float *);
-template void point_acceleration<double>(const model &, data &, const double *, const double *, const double *, int,
-                                         const frame_options &, double *);
-template void point_acceleration<float>(const model &, data &, const float *, const float *, const float *, int,
-                                        const frame_options &, float *);
+template void frame_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &, double *);
+template void frame_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &, float *);
+template void frame_velocities<double>(const model &, data &, const double *, const double *, int, const int *, const frame_options &, double *);
+template void frame_velocities<float>(const model &, data &, const float *, const float *, int, const int *, const frame_options &, float *);
+template void frame_acceleration<double>(const model &, data &, const double *, const double *, const double *, int, const frame_options &, double *);
+template void frame_acceleration<float>(const model &, data &, const float *, const float *, const float *, int, const frame_options &, float *);
+template void frame_accelerations<double>(const model &, data &, const double *, const double *, const double *, int, const int *, const frame_options &,
+                                          double *);
+template void frame_accelerations<float>(const model &, data &, const float *, const float *, const float *, int, const int *, const frame_options &, float *);
+template void point_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &, double *);
+template void point_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &, float *);
+template void point_acceleration<double>(const model &, data &, const double *, const double *, const double *, int, const frame_options &, double *);
+template void point_acceleration<float>(const model &, data &, const float *, const float *, const float *, int, const frame_options &, float *);
 template void jacobian<double>(const model &, data &, const double *, int, const frame_options &, double *);
 template void jacobian<float>(const model &, data &, const float *, int, const frame_options &, float *);
-template void jacobian_rate<double>(const model &, data &, const double *, const double *, int, const frame_options &,
-                                    double *);
-template void jacobian_rate<float>(const model &, data &, const float *, const float *, int, const frame_options &,
-                                   float *);
+template void jacobian_rate<double>(const model &, data &, const double *, const double *, int, const frame_options &, double *);
+template void jacobian_rate<float>(const model &, data &, const float *, const float *, int, const frame_options &, float *);
 template void relative_pose<double>(const model &, data &, const double *, int, int, const frame_options &, double *);
 template void relative_pose<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
-template void relative_velocity<double>(const model &, data &, const double *, const double *, int, int,
-                                        const frame_options &, double *);
-template void relative_velocity<float>(const model &, data &, const float *, const float *, int, int,
-                                       const frame_options &, float *);
-template void relative_jacobian<double>(const model &, data &, const double *, int, int, const frame_options &,
-                                        double *);
+template void relative_velocity<double>(const model &, data &, const double *, const double *, int, int, const frame_options &, double *);
+template void relative_velocity<float>(const model &, data &, const float *, const float *, int, int, const frame_options &, float *);
+template void relative_jacobian<double>(const model &, data &, const double *, int, int, const frame_options &, double *);
 template void relative_jacobian<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
-template void operational_space_inertia_inverse<double>(const model &, data &, const double *, int, const int *,
-                                                        const frame_options &, double *);
-template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *,
-                                                       const frame_options &, float *);
-template void operational_space_inertia<double>(const model &, data &, const double *, int, const int *,
-                                                const frame_options &, double *, double *);
-template void operational_space_inertia<float>(const model &, data &, const float *, int, const int *,
-                                               const frame_options &, float *, float *);
-template void operational_space<double>(const model &, data &, const double *, const double *, int, const int *,
-                                        const frame_options &, double *, double *, double *, double *,
-                                        const external_wrenches<double> &);
-template void operational_space<float>(const model &, data &, const float *, const float *, int, const int *,
-                                       const frame_options &, float *, float *, float *, float *,
-                                       const external_wrenches<float> &);
+template void operational_space_inertia_inverse<double>(const model &, data &, const double *, int, const int *, const frame_options &, double *);
+template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *, const frame_options &, float *);
+template void operational_space_inertia<double>(const model &, data &, const double *, int, const int *, const frame_options &, double *, double *);
+template void operational_space_inertia<float>(const model &, data &, const float *, int, const int *, const frame_options &, float *, float *);
+template void operational_space<double>(const model &, data &, const double *, const double *, int, const int *, const frame_options &, double *, double *,
+                                        double *, double *, const external_wrenches<double> &);
+template void operational_space<float>(const model &, data &, const float *, const float *, int, const int *, const frame_options &, float *, float *, float *,
+                                       float *, const external_wrenches<float> &);
 template void energy<double>(const model &, data &, const double *, const double *, double *, double *);
 template void energy<float>(const model &, data &, const float *, const float *, float *, float *);
-template void external_power<double>(const model &, data &, const double *, const double *, double *,
-                                     const external_wrenches<double> &);
-template void external_power<float>(const model &, data &, const float *, const float *, float *,
-                                    const external_wrenches<float> &);
+template void external_power<double>(const model &, data &, const double *, const double *, double *, const external_wrenches<double> &);
+template void external_power<float>(const model &, data &, const float *, const float *, float *, const external_wrenches<float> &);
 template void center_of_mass<double>(const model &, data &, const double *, double *);
 template void center_of_mass<float>(const model &, data &, const float *, float *);
 template void center_of_mass_jacobian<double>(const model &, data &, const double *, double *);
 template void center_of_mass_jacobian<float>(const model &, data &, const float *, float *);
 template void center_of_mass_velocity<double>(const model &, data &, const double *, const double *, double *);
 template void center_of_mass_velocity<float>(const model &, data &, const float *, const float *, float *);
-template void center_of_mass_acceleration<double>(const model &, data &, const double *, const double *, const double *,
-                                                  double *);
-template void center_of_mass_acceleration<float>(const model &, data &, const float *, const float *, const float *,
-                                                 float *);
-template void centroidal_momentum<double>(const model &, data &, const double *, const double *, component_order,
-                                          double *);
+template void center_of_mass_acceleration<double>(const model &, data &, const double *, const double *, const double *, double *);
+template void center_of_mass_acceleration<float>(const model &, data &, const float *, const float *, const float *, float *);
+template void centroidal_momentum<double>(const model &, data &, const double *, const double *, component_order, double *);
 template void centroidal_momentum<float>(const model &, data &, const float *, const float *, component_order, float *);
 template void centroidal_momentum_matrix<double>(const model &, data &, const double *, component_order, double *);
 template void centroidal_momentum_matrix<float>(const model &, data &, const float *, component_order, float *);
-template void centroidal_momentum_rate<double>(const model &, data &, const double *, const double *, const double *,
-                                               component_order, double *);
-template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *,
-                                              component_order, float *);
-template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
-                                                   const double *, double *, double *, double *,
+template void centroidal_momentum_rate<double>(const model &, data &, const double *, const double *, const double *, component_order, double *);
+template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *, component_order, float *);
+template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *, const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
-template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                                  float *, float *, float *, const external_wrenches<float> &);
-template void inverse_dynamics_gradient<double>(const model &, data &, const double *, const double *, const double *,
-                                                const double *, double *, double *, double *);
-template void inverse_dynamics_gradient<float>(const model &, data &, const float *, const float *, const float *,
-                                               const float *, float *, float *, float *);
+template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *, float *, float *,
+                                                  const external_wrenches<float> &);
+template void inverse_dynamics_gradient<double>(const model &, data &, const double *, const double *, const double *, const double *, double *, double *,
+                                                double *);
+template void inverse_dynamics_gradient<float>(const model &, data &, const float *, const float *, const float *, const float *, float *, float *, float *);
 template void stiffness<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
 template void stiffness<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
-template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
-                                                   const double *, double *, double *, double *,
+template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *, const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
-template void forward_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                                  float *, float *, float *, const external_wrenches<float> &);
-template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
-                                            const reaction_request &, double *, double *, double *,
-                                            const external_wrenches<double> &);
-template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                           const reaction_request &, float *, float *, float *,
-                                           const external_wrenches<float> &);
-template void reactions_external_derivatives<double>(const model &, data &, const double *, const reaction_request &,
-                                                     double *);
-template void reactions_external_derivatives<float>(const model &, data &, const float *, const reaction_request &,
-                                                    float *);
-template void frame_velocity_derivatives<double>(const model &, data &, const double *, const double *, int,
-                                                 const frame_options &, double *, double *);
-template void frame_velocity_derivatives<float>(const model &, data &, const float *, const float *, int,
-                                                const frame_options &, float *, float *);
-template void frame_velocities_derivatives<double>(const model &, data &, const double *, const double *, int,
-                                                   const int *, const frame_options &, double *, double *);
-template void frame_velocities_derivatives<float>(const model &, data &, const float *, const float *, int, const int *,
-                                                  const frame_options &, float *, float *);
-template void frame_acceleration_derivatives<double>(const model &, data &, const double *, const double *,
-                                                     const double *, int, const frame_options &, double *, double *,
-                                                     double *);
-template void frame_acceleration_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                                    int, const frame_options &, float *, float *, float *);
-template void frame_accelerations_derivatives<double>(const model &, data &, const double *, const double *,
-                                                      const double *, int, const int *, const frame_options &, double *,
-                                                      double *, double *);
-template void frame_accelerations_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                                     int, const int *, const frame_options &, float *, float *,
-                                                     float *);
-template void energy_derivatives<double>(const model &, data &, const double *, const double *, double *, double *,
-                                         double *);
+template void forward_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *, float *, float *,
+                                                  const external_wrenches<float> &);
+template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *, const reaction_request &, double *, double *,
+                                            double *, const external_wrenches<double> &);
+template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, const reaction_request &, float *, float *,
+                                           float *, const external_wrenches<float> &);
+template void reactions_external_derivatives<double>(const model &, data &, const double *, const reaction_request &, double *);
+template void reactions_external_derivatives<float>(const model &, data &, const float *, const reaction_request &, float *);
+template void frame_velocity_derivatives<double>(const model &, data &, const double *, const double *, int, const frame_options &, double *, double *);
+template void frame_velocity_derivatives<float>(const model &, data &, const float *, const float *, int, const frame_options &, float *, float *);
+template void frame_velocities_derivatives<double>(const model &, data &, const double *, const double *, int, const int *, const frame_options &, double *,
+                                                   double *);
+template void frame_velocities_derivatives<float>(const model &, data &, const float *, const float *, int, const int *, const frame_options &, float *,
+                                                  float *);
+template void frame_acceleration_derivatives<double>(const model &, data &, const double *, const double *, const double *, int, const frame_options &,
+                                                     double *, double *, double *);
+template void frame_acceleration_derivatives<float>(const model &, data &, const float *, const float *, const float *, int, const frame_options &, float *,
+                                                    float *, float *);
+template void frame_accelerations_derivatives<double>(const model &, data &, const double *, const double *, const double *, int, const int *,
+                                                      const frame_options &, double *, double *, double *);
+template void frame_accelerations_derivatives<float>(const model &, data &, const float *, const float *, const float *, int, const int *,
+                                                     const frame_options &, float *, float *, float *);
+template void energy_derivatives<double>(const model &, data &, const double *, const double *, double *, double *, double *);
 template void energy_derivatives<float>(const model &, data &, const float *, const float *, float *, float *, float *);
-template void centroidal_momentum_derivatives<double>(const model &, data &, const double *, const double *,
-                                                      component_order, double *, double *);
-template void centroidal_momentum_derivatives<float>(const model &, data &, const float *, const float *,
-                                                     component_order, float *, float *);
-template void centroidal_momentum_rate_derivatives<double>(const model &, data &, const double *, const double *,
-                                                           const double *, component_order, double *, double *,
-                                                           double *);
-template void centroidal_momentum_rate_derivatives<float>(const model &, data &, const float *, const float *,
-                                                          const float *, component_order, float *, float *, float *);
-template void inverse_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *,
-                                                          const double *, double *, double *, double *, double *,
-                                                          const external_wrenches<double> &);
-template void inverse_dynamics_second_derivatives<float>(const model &, data &, const float *, const float *,
-                                                         const float *, float *, float *, float *, float *,
+template void centroidal_momentum_derivatives<double>(const model &, data &, const double *, const double *, component_order, double *, double *);
+template void centroidal_momentum_derivatives<float>(const model &, data &, const float *, const float *, component_order, float *, float *);
+template void centroidal_momentum_rate_derivatives<double>(const model &, data &, const double *, const double *, const double *, component_order, double *,
+                                                           double *, double *);
+template void centroidal_momentum_rate_derivatives<float>(const model &, data &, const float *, const float *, const float *, component_order, float *, float *,
+                                                          float *);
+template void inverse_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *, const double *, double *, double *, double *,
+                                                          double *, const external_wrenches<double> &);
+template void inverse_dynamics_second_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *, float *, float *, float *,
                                                          const external_wrenches<float> &);
-template void forward_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *,
-                                                          const double *, double *, double *, double *, double *,
-                                                          const external_wrenches<double> &);
-template void forward_dynamics_second_derivatives<float>(const model &, data &, const float *, const float *,
-                                                         const float *, float *, float *, float *, float *,
+template void forward_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *, const double *, double *, double *, double *,
+                                                          double *, const external_wrenches<double> &);
+template void forward_dynamics_second_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *, float *, float *, float *,
                                                          const external_wrenches<float> &);
-template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *,
-                                                 int, const int *, double *);
-template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int,
-                                                const int *, float *);
+template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *, int, const int *, double *);
+template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int, const int *, float *);
 template void gravity_torque_regressor<double>(const model &, data &, const double *, int, const int *, double *);
 template void gravity_torque_regressor<float>(const model &, data &, const float *, int, const int *, float *);
-template void reactions_regressor<double>(const model &, data &, const double *, const double *, const double *,
-                                          const reaction_request &, double *);
-template void reactions_regressor<float>(const model &, data &, const float *, const float *, const float *,
-                                         const reaction_request &, float *);
-template void energy_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
-                                       double *, double *);
-template void energy_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *,
-                                      float *);
-template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
-                                         component_order, double *);
-template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *,
-                                        component_order, float *);
+template void reactions_regressor<double>(const model &, data &, const double *, const double *, const double *, const reaction_request &, double *);
+template void reactions_regressor<float>(const model &, data &, const float *, const float *, const float *, const reaction_request &, float *);
+template void energy_regressor<double>(const model &, data &, const double *, const double *, int, const int *, double *, double *);
+template void energy_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *, float *);
+template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *, component_order, double *);
+template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *, component_order, float *);
 template void integrate<double>(const model &, data &, const double *, const double *, double *);
 template void integrate<float>(const model &, data &, const float *, const float *, float *);
 template void difference<double>(const model &, data &, const double *, const double *, double *);

@@ -18,6 +18,7 @@ namespace {
 template <class S> found_number look_at_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
   found_number found;
   for (int r = 0; r < row.results; ++r) {
+    // row i of (nv, nv) from its diagonal on: nv − i numbers from i (nv + 1)
     if (row.mimic == mimic_by::upper_triangle) { // below the diagonal nothing was written
       for (int i = 0; i < m.nv(); ++i)
         look(row.result[r].name, s.result[r], i * (m.nv() + std::ptrdiff_t(1)), m.nv() - i, found);
@@ -68,6 +69,9 @@ template <class S> int joint_without_mass(const algorithm_row &row, const model 
   return massless_joint_at(m, w, s.q);
 }
 
+/// The questions, in this order, since the first that has an answer is the cause of the others: does a force element have no force there?  Is the state none
+/// of the closed mechanism?  Is nothing found?  Were arguments not finite, so that results needn't be?  Has the model no mass, where that is documented?
+/// Does a joint move no mass?  Large results that no such joint explains are right.  What is left overflowed.
 template <class S> void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
                                 const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
   const found_number found = look_at_results(row, m, s);

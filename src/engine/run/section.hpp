@@ -1,4 +1,13 @@
 // The wrench through a section of a link, from the reactions of its joints and the motion of the link (ksl/section.hpp).
+//
+// The part beyond is cut free, and its equations of motion are written about the origin of the link's frame, in its axes (Featherstone, RBDA (2008),
+// eq. (5.9)):
+//
+//       near part │ beyond           w + Σ joints + Σ force elements + Σ external wrenches = I (a − g) + v ×* I v
+//     ── joint ───┼──── joint ──
+//                w ──▸                w: of the near part on the part beyond, then moved to the point of the section, m ← m − p × f
+//
+// No joint is between both parts: each joint of the link is on one side, and `is_beyond` says on which.
 #pragma once
 
 #include "engine/run/compute.hpp"
@@ -59,6 +68,7 @@ coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, 
   const auto add_cross = [](const vec3<S> &a, const vec3<S> &b, vec3<S> &out) {
     out.x += a.y * b.z - a.z * b.y, out.y += a.z * b.x - a.x * b.z, out.z += a.x * b.y - a.y * b.x;
   };
+  // v ×* (p, l) = (ω × p, ω × l + v × p)
   add_cross(twist.ang, momentum.lin, wrench.lin);
   add_cross(twist.ang, momentum.ang, wrench.ang);
   add_cross(twist.lin, momentum.lin, wrench.ang);

@@ -25,7 +25,7 @@ constexpr int kept_blocks = 3;
 /// std::bad_alloc.
 std::byte *thread_memory(kept_for use, std::size_t bytes);
 
-/// The same; null where there is no memory.
+/// The block; null where there is no memory.
 std::byte *thread_memory_if_any(kept_for use, std::size_t bytes) noexcept;
 
 } // namespace ksl

@@ -41,6 +41,7 @@ static double relative_to(double scale, double x) { return x == 0 ? 0 : x / scal
 /// The sum of the rates so far, and the rates there.
 bool dop853_step::stage(int s) {
   for (std::size_t i = 0; i < start_.size(); ++i) {
+    // k_s = f(t + c_s h, y + h Σ a_sj k_j), j < s, y in local coordinates about the position at the start of the step
     double sum = 0;
     for (int j = 0; j < s; ++j)
       if (table::a[s][j] != 0)
@@ -52,6 +53,8 @@ bool dop853_step::stage(int s) {
   return state_.rates(t_ + table::c[s] * h_, q_.data(), stage_.data(), rate_[s].data());
 }
 
+// sc = absolute + relative · max(|x|, |x′|), as the book has it; but of a joint with one axis x is its number in q, since u
+// begins at zero in each step.  The work isn't judged: nothing follows from it.
 void dop853_step::set_scale() {
   const std::size_t nv = of_.nv();
   const double absolute = std::fmax(absolute_, rounding_), relative = std::fmax(relative_, rounding_);
@@ -81,6 +84,7 @@ outcome dop853_step::attempt(double h) {
     if (!(std::fabs(e5) <= most) && std::isfinite(most))
       most = std::fabs(e5), worst_ = static_cast<int>(i % of_.nv());
   }
+  // |e₅|² / √(|e₅|² + 0.01 |e₃|²) h: of order 8, though neither estimate is (Hairer, Nørsett and Wanner, II.10)
   const double both = five + 0.01 * three;
   error_ = both > 0 ? h * five / std::sqrt(both * static_cast<double>(n)) : both;
   if (!std::isfinite(both))
@@ -104,6 +108,7 @@ bool dop853_step::guess_step(double most, double &h) {
   std::vector<double> y = start_;
   for (std::size_t i = 0; i < nv; ++i)
     y[i] = position_[i] < 0 ? 0 : q_[static_cast<std::size_t>(position_[i])];
+  // 0.01 |y| / |y'| first; an Euler step of it tells |y''|; then 0.01 = h⁸ max(|y'|, |y''|)
   const double d0 = size(y, nullptr), d1 = size(rate_[0], nullptr);
   double first = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
   first = std::fmin(first, most);
@@ -128,6 +133,8 @@ bool dop853_step::make_dense() {
   of_step_.h = h_, of_step_.q = q_, of_step_.start = start_;
   std::vector<double> *const part = of_step_.part;
   for (std::size_t i = 0; i < start_.size(); ++i) {
+    // y(θ) = y₀ + θ (p₀ + (1 − θ) (p₁ + θ (p₂ + (1 − θ) (p₃ + …)))): three parts by the ends and their rates, as Hermite's polynomial, and four
+    // by all stages
     const double change = end_[i] - start_[i];
     part[0][i] = change;
     part[1][i] = h_ * rate_[0][i] - change;
@@ -146,6 +153,7 @@ bool dop853_step::make_dense() {
 void dop853_step::state_on(const polynomial &p, double share, double *q, double *y) const {
   const std::size_t n = p.start.size();
   std::fill_n(y, n, 0.0);
+  // Horner's scheme with θ and 1 − θ in turn
   for (int k = 6; k >= 0; --k)
     for (std::size_t i = 0; i < n; ++i)
       y[i] = (y[i] + p.part[k][i]) * (k % 2 == 0 ? share : 1 - share);
@@ -157,6 +165,7 @@ void dop853_step::state_on(const polynomial &p, double share, double *q, double 
 outcome dop853_step::at(double share, double *q, double *v, double *work) {
   const std::size_t nv = of_.nv();
   std::vector<double> y(start_.size());
+  // θ from the beginning of that polynomial's step: beyond 1 from its end on
   if (goes_on_)
     state_on(kept_, 1 + share * h_ / kept_.h, q, y.data());
   else
@@ -191,6 +200,7 @@ void dop853_step::accept(double t) {
   of_.space().move(1, q_.data(), end_.data(), q_.data());
   start_ = end_;
   std::fill_n(start_.data(), nv, 0.0);
+  // first same as last: the rates at the end are those at the next beginning
   std::swap(rate_[0], rate_[table::stages]);
   std::copy_n(start_.data() + nv, nv, rate_[0].data()); // about the new position the rate of u is v
 }

@@ -1,4 +1,11 @@
 // One step of the method of Dormand and Prince of order 8(5,3) in local coordinates, its error, and the polynomial between its ends.
+//
+// The state is y = (u, v, W): local coordinates of the position about the one where the step begins, joint velocities, and the work.  With rates
+// k_s at 12 stages
+//
+//     y′ = y + h Σ b_s k_s,   e₅ = Σ (b_s − b̂_s) k_s,   e₃ = Σ (b_s − b̃_s) k_s                                           (1)
+//
+// and the rates at y′ are those at the beginning of the next step: 12 evaluations a step, and 3 where a polynomial is wanted.
 #pragma once
 
 #include "simulate/methods/continuous_step.hpp"

@@ -1,5 +1,11 @@
 // The classical Runge–Kutta method of order 4, with compositions of exponentials instead of commutators: Celledoni, Marthinsen and Owren,
 // Commutator-free Lie group methods (2003), table 2.  Where ⊕ is addition, it is the classical method.
+//
+//     q₂ = q₁ ⊕ ½h v₁,    v₂ = v₁ + ½h a₁
+//     q₃ = q₁ ⊕ ½h v₂,    v₃ = v₁ + ½h a₂
+//     q₄ = q₂ ⊕ (h v₃ − ½h v₁),    v₄ = v₁ + h a₃
+//
+//     q′ = q₁ ⊕ h/12 (3 v₁ + 2 v₂ + 2 v₃ − v₄) ⊕ h/12 (−v₁ + 2 v₂ + 2 v₃ + 3 v₄),   v′ = v₁ + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄).
 #include "simulate/methods/steps.hpp"
 
 namespace ksl::simulating {

@@ -1,5 +1,10 @@
 // The classical Runge–Kutta method of order 4 in local coordinates u of the manifold about the position where the step begins: Munthe-Kaas,
 // High order Runge–Kutta methods on manifolds (1999).
+//
+//     uᵢ = cᵢ h k_{i−1},   vᵢ = v + cᵢ h a_{i−1},   kᵢ = J⁻¹(uᵢ) vᵢ,   c = 0, ½, ½, 1
+//     q′ = q ⊕ h/6 (k₁ + 2 k₂ + 2 k₃ + k₄),        v′ = v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄)
+//
+// with J⁻¹ whole (manifold::rates), where the paper has as many of its terms as the order needs.
 #include "simulate/methods/steps.hpp"
 
 namespace ksl::simulating {

@@ -5,6 +5,9 @@
 //
 // and its acceleration is found by Newton's method with the derivatives at the beginning of the step: with γ = aᵢᵢ and r what is left of
 // a(q₀ ⊕ u, v) − acceleration, (I − hγ ∂a/∂v − h²γ² ∂a/∂q) δ = r.
+//
+// A change δ of the acceleration changes v by hγ δ and u by h²γ² δ, J⁻¹(u) being nearly 1.  That and the derivatives of an older state make
+// convergence linear instead of quadratic; the stage that is found is the same.
 #include "simulate/system/linear_solve.hpp"
 #include "simulate/methods/steps.hpp"
 
@@ -47,6 +50,7 @@ public:
       return outcome::stopped;
     const double share = h * diagonal;
     for (std::size_t i = 0; i < nv_ * nv_; ++i)
+      // I − hγ ∂a/∂v − h²γ² ∂a/∂q, once for all stages: γ is the same in each
       matrix_[i] = -share * by_v_[i] - share * share * by_q_[i];
     for (std::size_t i = 0; i < nv_; ++i)
       matrix_[i * nv_ + i] += 1;
@@ -86,6 +90,7 @@ private:
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
       for (std::size_t k = 0; k < nv_; ++k)
         v_[k] = from_v_[k] + share * s.a[k], u_[k] = from_u_[k] + share * s.rate[k];
+      // (1) has the rate of u on both sides: rates at the last u, and u by them; each iteration does that once
       of.space().rates(1, u_.data(), v_.data(), s.rate.data());
       for (std::size_t k = 0; k < nv_; ++k)
         u_[k] = from_u_[k] + share * s.rate[k];

@@ -17,6 +17,7 @@ struct block {
 };
 
 /// What a step came to.
+/// stopped: a function of the user's ended it; not_solved: no solution of an implicit method's equations was found.
 enum class outcome { done, stopped, not_solved, not_finite };
 
 class method {

@@ -68,6 +68,9 @@ public:
   void begin(system &of, const double *q) { freedoms_ = tangent(of, q, G_), center(G_); }
 
   /// d of (3) at velocities v, of which left (nv) is p_k − the right side of (1); false where there is none.
+  /// d = d₀ + D y, d₀ = J⁻¹ x₀ / h and D = J⁻¹ G_{k+1} / h, in (3):
+  ///
+  ///     (G_kᵀ M D) y = G_kᵀ (left − M d₀).                                                                               (4)
   bool correct(system &of, const double *q, const double *middle, const double *v, double h, const double *left,
                double *d) {
     for (std::size_t k = 0; k < nv_; ++k)
@@ -194,6 +197,8 @@ public:
     std::fill(before_.begin(), before_.end(), std::numeric_limits<double>::infinity());
     std::fill(found_.begin(), found_.end(), outcome::done);
     std::fill(moves_.begin(), moves_.end(), 1);
+    // Newton's method with M in place of the derivative of (1)'s right side, from which it differs by O(h): each correction is O(h) times the
+    // last.  Runs that are solved stay as they are, whatever others in their block need.
     bool any = true;
     for (int iteration = 0; any; ++iteration) {
       if (!set_sides(of, b, h))
@@ -291,6 +296,7 @@ private:
     centers_.to_momenta(n, effort_.data());
     if (of.space().is_flat()) {
       for (std::size_t k = 0; k < n * nv_; ++k)
+        // A = J = 1: w = m + ½h f, and p_k − (1) is p_k − w + h f
         w_[k] = momentum_[k] + h / 2 * effort_[k], left_[k] = p_[k] + h * effort_[k] - w_[k];
       return true;
     }
@@ -321,6 +327,7 @@ private:
     const std::size_t row = run * nv_;
     for (std::size_t k = 0; k < nv_; ++k)
       w_[row + k] = momentum_[row + k] + h / 2 * column(half_J_, run, k, effort_);
+    // w is (2) from here on, and (1) = Aᵀ(hv) w − h Aᵀ(½hv) f
     lu_[run].solve(w_.data() + row);
     for (std::size_t k = 0; k < nv_; ++k)
       left_[row + k] = p_[row + k] + h * column(half_A_, run, k, effort_) - column(A_, run, k, w_);

@@ -29,6 +29,7 @@ outcome equal_step::attempt(double h) {
 
 outcome equal_step::at(double share, double *q, double *v, double *work) {
   const block *found = share <= 0 ? &start_ : share >= 1 ? &end_ : &within_;
+  // a method that remembers more than the state, as the variational one its momenta, has to begin anew, now and at the end (is_astray_)
   if (found == &within_) {
     is_astray_ = true;
     within_ = start_;

@@ -6,6 +6,17 @@
 
 namespace ksl::simulating {
 
+// A step is cut into parts; where a function of q, v and t may pass zero in one of them, its first zero there is located.  The event of the step
+// is the first zero of all functions.
+//
+//     share         0         1/8        2/8         …          1        parts() = 8: dop853, whose steps are long
+//     samples       f₀─────────f₁─────────f₂──────── … ─────────f₈
+//     in a part:    f₀ > 0 ≥ f₁                        it passes: locate
+//                   f₀, f₁ > 0, tangents meet below 0  it may dip: lowest, then locate before the lowest point
+//                   f₀ = 0, after an event             which side did it begin on: other_side, then as above
+//
+// Of two zeros in one part those are found between which the tangents at its ends meet on the other side (docs/simulation.md).
+
 /// The width, as a share of the step, to which a zero is located.
 constexpr double resolution = 1e-14;
 /// Zeros of the user's functions that are no further apart are at the same instant.
@@ -76,6 +87,7 @@ outcome event_functions::values(continuous_step &step, double share, double *out
     const int k = list_[i].number;
     const held_joints &held = *of_.held();
     const std::size_t at_k = static_cast<std::size_t>(k), number = static_cast<std::size_t>(of_.space().number_in_q(k));
+    // above zero as long as nothing happens: the way to a limit, the speed of what slides, what holds a coordinate beyond what it needs
     switch (list_[i].what) {
     case kind::lower: out[i] = q_[number] - held.laws().lower[at_k]; break;
     case kind::upper: out[i] = held.laws().upper[at_k] - q_[number]; break;
@@ -104,10 +116,13 @@ bool passes(double before, double after, int direction) {
 }
 
 /// The zero of one function between two shares with values of different signs: regula falsi, halving the value that stays (Illinois).
+/// The zero stays in [low, high].  Plain regula falsi would move one end alone where f is curved; halving the value at the end that has stayed
+/// twice running moves the chord's zero towards it: order 1.44 (Dowell and Jarratt, A modified regula falsi method, 1971).
 outcome locate(event_functions &functions, continuous_step &step, std::size_t i, double low, double of_low, double high,
                double of_high, std::vector<double> &values, double &share) {
   int side = 0;
   while (high - low > resolution) {
+    // where the chord passes zero; the middle where rounding leads out of the interval
     double middle = (low * of_high - high * of_low) / (of_high - of_low);
     if (!(middle > low && middle < high))
       middle = 0.5 * (low + high);
@@ -146,6 +161,7 @@ outcome other_side(event_functions &functions, continuous_step &step, std::size_
 /// The lowest share of a function between low and high, or the first at which it is found below zero: golden section.
 outcome lowest(event_functions &functions, continuous_step &step, std::size_t i, double sign, double low, double high,
                std::vector<double> &values, double &share, double &value) {
+  // (3 − √5) / 2: at[0] and at[1] cut [low, high] so that the one that is kept cuts what is left in the same way, and each turn costs one value
   constexpr double golden = 0.381966011250105, narrow = 1e-6;
   const double end = narrow * (high - low);
   const auto look = [&](double at, double &found) {
@@ -218,6 +234,7 @@ private:
     if (!rates_.empty())
       return rates_[static_cast<std::size_t>(part) * n_ + i];
     const auto f = [&](int k) { return value(i, k); };
+    // three-point differences, of parts of length 1: one-sided at the ends, central between
     if (part == 0)
       return (4 * f(1) - 3 * f(0) - f(2)) / 2;
     if (part == parts_)
@@ -243,6 +260,8 @@ struct part_search {
   outcome find(std::size_t i, double low, double of_low, double high, double of_high, bool is_first, bool dips,
                double &share, int &side) {
     share = 2;
+    // it begins at zero, where a law has acted or an event of the user's was: it passes zero in this part if it has been on the other side
+    // than at its end, as the height after an impact
     const bool of_law = functions[i].what != event_functions::kind::user;
     if (of_law ? is_first && of_low <= 0 && of_high < 0 : of_low == 0 && of_high != 0) {
       const double begin = low, sign = of_high < 0 ? 1 : -1;
@@ -260,6 +279,7 @@ struct part_search {
       }
       of_low = values[i];
     }
+    // a lowest point on the other side has a zero before it and one behind it: the first whose direction counts
     if (dips) {
       double between, of_between;
       if (const outcome how = lowest(functions, step, i, of_low < 0 ? -1 : 1, low, high, values, between, of_between);

@@ -58,6 +58,7 @@ struct found_event {
 /// May a function that is above zero at both ends be below it between: with values f and derivatives r there, it falls and rises so fast that
 /// its tangents meet below zero.
 inline bool may_dip(double f0, double r0, double f1, double r1) {
+  // the tangents f₀ + r₀ s and f₁ − r₁ (1 − s) meet at the height (f₀ r₁ − f₁ r₀ + r₀ r₁) / (r₁ − r₀)
   return f0 > 0 && f1 > 0 && r0 < 0 && r1 > 0 && f0 * r1 - f1 * r0 + r0 * r1 < 0;
 }
 

@@ -13,6 +13,11 @@ namespace {
 /// States and stages of runs in lanes lie in a fast cache.
 constexpr std::size_t bytes_of_runs = 48 * 1024, stages_kept = 8, most_at_once = 256, lanes_at_most = 8;
 
+// Runs [first, first + n) in lock step, a state in each lane.  A run that ends early stays in its lane, where it computes on what nobody reads;
+// its rows of results are NaN from then on, and alive_ tells.
+//
+// After each step: drop what isn't solved or finite, move onto the loops, then accelerations at the new state, which the next step begins with
+// and a row of results shows.
 class fixed_runs {
 public:
   fixed_runs(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
@@ -65,6 +70,7 @@ private:
       if (std::none_of(alive_.begin(), alive_.end(), [](unsigned char lives) { return lives != 0; }))
         return ending::complete;
       ++steps_;
+      // s / whole of the way, not sums of h: no rounding accumulates, and the last one ends at times[i] exactly
       b_.t = s == steps ? task_.times[i] : start + length * (static_cast<double>(s) / whole);
       if (found == outcome::stopped)
         return ending::stopped;
@@ -78,6 +84,7 @@ private:
   }
 
   bool all_finite() const {
+    // 0 x is NaN for NaN and infinities, and 0 for all others
     constexpr std::size_t chains = 16; // of additions that don't wait for each other
     double sums[chains] = {};
     const std::size_t n = b_.v.size(), whole = n - n % chains;

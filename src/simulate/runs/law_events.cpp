@@ -13,6 +13,7 @@ constexpr double together = 1e-12;
 
 } // namespace
 
+// Each event changes v or a mode, and ends in settle(), which decides about all coordinates at rest: what one of them does may let others go.
 bool law_events::settle(int slides) {
   return of_.held()->settle(of_, b_.t, b_.first, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data(), slides);
 }
@@ -51,8 +52,10 @@ bool law_events::obey(const event_functions::function &f, std::vector<simulated_
 bool law_events::strike(int k, bool lower, std::vector<simulated_event> &events) {
   held_joints &held = *of_.held();
   const std::size_t nv = of_.nv(), at_k = static_cast<std::size_t>(k);
+  // impact() asks for responses, which follow an acceleration at the same q
   if (!of_.accelerate(b_.t, b_.first, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
     return false;
+  // all that is at a limit and moves into it is hit at once: one after the other would depend on the order of coordinates
   std::vector<unsigned char> hits(nv, 0);
   for (std::size_t i = 0; i < nv; ++i) {
     const int number = of_.space().number_in_q(static_cast<int>(i));
@@ -80,6 +83,7 @@ bool law_events::bounce(int k, std::vector<simulated_event> &events) {
   const bool lower = b_.q[static_cast<std::size_t>(of_.space().number_in_q(k))] == task_.laws.lower[at_k];
   if (!of_.accelerate(b_.t, b_.first, 1, b_.q.data(), b_.v.data(), b_.a.data(), b_.power.data()))
     return false;
+  // thrown back with speed v under an acceleration a towards the limit, it comes back after 2 v / a; where that is no time, it rests there
   const double away = lower ? b_.v[at_k] : -b_.v[at_k], towards = lower ? -b_.a[at_k] : b_.a[at_k];
   const double whole = task_.times[task_.times_n - 1] - task_.times[0];
   const bool rests = towards > 0 && 2 * away <= shortest_flight * whole * towards;

@@ -8,6 +8,9 @@
 
 namespace ksl::simulating {
 
+//     row of run k of a block at times[i], in arrays (runs, times, columns):    (b.first + k) · times + i
+//
+// A block holds consecutive runs at one time, so that its rows lie `times` rows apart: the stride that energies and momenta are written with.
 void results::store(system &of, std::size_t i, const block &b, double *closure) const {
   const std::size_t times = task_.times_n, first = b.first * times + i, nq = of.nq(), nv = of.nv();
   const auto copy = [&](const double *from, std::size_t columns, double *to) {

@@ -25,7 +25,7 @@ void energies(const system &of, const block &b, double *kinetic, double *potenti
 
 /// The first coordinate of run k of a block whose numbers are not finite; −1: none.
 int not_finite(const system &of, const block &b, std::size_t k);
-/// The same of its speed alone, which is the first to be so.
+/// The first coordinate whose speed is not finite, which is the first to be so.
 int not_finite_speed(const system &of, const block &b, std::size_t k);
 
 } // namespace ksl::simulating

@@ -12,6 +12,16 @@ namespace {
 
 /// All runs take a step in lanes.  A run in which something may have happened takes it again alone, from where it was, with what a single
 /// run does about events; the others have the step that a single run would have accepted.
+///
+///     lanes       0    1    2    3
+///     start_      ·    ·    ·    ·
+///                 │    │    │    │      method_->step, accelerate: for all
+///     end_        ·    ·    ?    ·      something_happens(2)
+///                           ↑
+///                 start_ of lane 2 is copied back over its end_, and lone_ takes the step with its events: go_alone(2)
+///
+/// A test that is true too often costs time; one that is false where an event lies loses it: in doubt a run goes alone.  Bits don't depend on
+/// that, since the method computes each lane as it does a single run.
 class runs_under_laws {
 public:
   runs_under_laws(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,
@@ -61,6 +71,7 @@ private:
   }
 
   /// False if no run goes on.
+  /// start_ stays as it is until all runs are at the end: those that go alone begin there.
   bool step(step_place &place, double until) {
     const double end = place.end(until);
     const bool is_stored = place.stored < task_.times_n && task_.times[place.stored] == end;
@@ -87,6 +98,7 @@ private:
         ++ends_[k].steps, ends_[k].time = end, ends_[k].evaluations += each;
       any |= alive_[k] != 0;
     }
+    // after the runs that went alone, which engage their brakes themselves
     if (brakes)
       of_.set_brakes(true);
     if (is_stored)
@@ -137,6 +149,7 @@ private:
                           *const a1 = end_.a.data() + k * nv, h = h_;
       for (std::size_t i = 0; i < nv; ++i) {
         const double sign = modes[i] == mode::slides_up ? 1 : modes[i] == mode::slides_down ? -1 : 0;
+        // the speed of what slides, in the direction in which it does: zero where it stops
         if (sign != 0 && is_passed(sign * v0[i], sign * a0[i] * h, sign * v[i], sign * a1[i] * h))
           return true;
       }

@@ -43,6 +43,7 @@ void require_possible(const simulation &task) {
 }
 
 /// Dry friction that sticks is an exact law of the run, not a part of forward dynamics.
+/// The model that is simulated has none, and the laws have all of it.
 struct with_exact_friction {
   std::optional<model> smooth;
   std::vector<double> friction;
@@ -70,6 +71,8 @@ public:
     record_.ends.resize(task.runs);
   }
 
+  // Parts are whole blocks of `each` runs, whatever the number of threads: the same runs share a block always, and results don't depend on threads.
+  // Each run writes rows, an end and events of its own; the error of a call is the first that a thread throws.
   simulation_record compute() {
     const std::size_t each = runs_at_once(m_, task_);
     on_threads(partition(task_.runs, each, each, task_.threads), [&](std::size_t first, std::size_t end, std::size_t) {

@@ -42,6 +42,23 @@ constexpr double negligible = 1e-9;
 /// So many steps that are tried one after the other have to lead on by more than that.
 constexpr std::size_t watched_steps = 10'000;
 
+// A run goes from one of its times to the next by steps, which end early where an event happens:
+//
+//     breaks     |─────────────────────────|──────────────|    corners of what drives it, brakes; with equal steps times of results
+//     steps      |───────|─────────| |─────|───────|──────|    dop853: as long as the error allows; else equally long
+//     events                       ↑                           the step is cut here; laws change the state, from which the next one begins
+//     results    ·    ·    ·    ·    ·    ·    ·    ·    ·    along the polynomial of a step, or where one ends
+//
+// advance() tries one step.  An accepted one ends in finish(): is a singular position in it, then events, results, and its end, arrive().
+// Where a singular position is ahead, steps end before it, and the polynomial of the last one leads over it (pass_over).
+//
+// Near a singular position (singular_positions.hpp) steps of dop853 come to their limit, since accelerations lose their digits there.  A step that
+// would lead over one is taken again, up to some way before; from there the run follows the polynomial of its last accepted step, without evaluations:
+//
+//     |───────── kept_ ─────────|── ahead_ ──×── ahead_ ──|
+//       the last accepted step  t        singular         where dop853 goes on
+//
+// Accelerations are as wrong at one distance before × as at the same distance behind it, which is why it leads as far beyond.
 class single_run {
 public:
   single_run(const model &m, const simulation &task, const results &out, std::size_t run,
@@ -90,6 +107,7 @@ public:
     }
     const std::size_t before = of_.evaluations();
     end_.how = step_->begin(b_.t, b_.q.data(), b_.v.data(), b_.work[0]) ? ending::complete : ending::stopped;
+    // an event cuts the step, and leaves a rest of it (is_within_), which others may cut
     do {
       end_.how = end_.how == ending::complete ? advance() : end_.how;
     } while (end_.how == ending::complete && is_within_);
@@ -166,6 +184,8 @@ private:
   }
 
   /// One step, or a part of it that ends at an event.
+  /// Between two calls b_ and *step_ have the same state, at b_.t; break_ is the next break, stored_ the next row of results, and next_ the length
+  /// that dop853 would like.
   ending advance() {
     if (end_.steps + end_.rejected >= task_.most_steps)
       return ending::too_many_steps;
@@ -193,6 +213,10 @@ private:
   }
 
   /// The next of the steps of equal length that lead to a time, or what an event has left of it.
+  /// Events don't move the ends of steps: after one at × the run takes the rest of its step.
+  ///
+  ///     |───────────|──────×────|───────────|
+  ///                  part   rest
   ending take_equal_step(double until, double room) {
     step_place &p = place_;
     if (p.taken == p.whole)
@@ -230,6 +254,7 @@ private:
     if (next_ > ahead_ / (1 + before_singular))
       next_ = ahead_ / (1 + before_singular);
     const bool ends_at_break = next_ >= room * (1 - 1e-9);
+    // no scrap is left: what is longer than one step and shorter than two is halved
     const double h = ends_at_break ? room : std::fmin(next_, room / 2 > next_ ? next_ : room / 2);
     if (!(h > same_time * std::fabs(b_.t)) || !(h > 0))
       return end_.coordinate = step.worst(), std::isfinite(step.error()) ? ending::step_underflow : ending::not_finite;
@@ -241,6 +266,7 @@ private:
       return ending::stopped;
     if (step.error() > 1 || step.largest_turn() > most_turn) {
       ++end_.rejected;
+      // at most 0.7 times: it may be too long for its error or for its rotation, of which err says nothing
       const double wanted = std::isfinite(step.error()) ? safety * std::pow(step.error(), -1 / order) : shrinks_at_most;
       next_ = h > less_near * ahead_ ? less_near * ahead_ : h * std::fmin(0.7, std::fmax(shrinks_at_most, wanted));
       was_rejected_ = true;
@@ -252,6 +278,8 @@ private:
     if (task_.after_step && !task_.after_step(task_.step_context, run_, b_.t + h))
       return ending::stopped;
     const double wanted = step.error() > 0 ? safety * std::pow(step.error(), -1 / order) : grows_at_most;
+    // h_next = h · min(10, max(0.2, 0.9 err^(−1/8))); it doesn't grow after a rejected step (Hairer, Nørsett and Wanner, II.4, (4.13)).  A step
+    // that is short since a break ends it doesn't shorten the next one.
     const double factor = std::fmin(was_rejected_ ? 1 : grows_at_most, std::fmax(shrinks_at_most, wanted));
     next_ = ends_at_break && factor > 1 ? std::fmax(next_, h * factor) : h * factor;
     was_rejected_ = false;
@@ -260,6 +288,7 @@ private:
 
   /// Relative rounding of accelerations near a singular position that is ahead of a step, or behind: no error can be told from it.
   double rounding_at_end(double h) const {
+    // the last pivot falls to zero there, about linearly; accelerations go as 1 / pivot, and differences of them as 1 / pivot²
     const double pivot = singular_.pivot() * (1 - h / ahead_);
     return std::fmin(rounding_by_pivot / (pivot * pivot), most_rounding);
   }
@@ -283,6 +312,7 @@ private:
       return ending::complete;
     functions_.list();
     found_event event;
+    // dop853's polynomial costs three evaluations: only where functions or results look into the step
     const bool has_times = stored_ < task_.times_n && task_.times[stored_] < last;
     if (functions_.size() > 0 || has_times)
       if (!step_->make_dense())
@@ -296,6 +326,7 @@ private:
     if (const ending how = store_until(end, happens); how != ending::complete)
       return how;
     if (happens) {
+      // an event before the singular position: it has not been passed
       if (singular >= event.share)
         singular_.take_back();
       return happen(event, end);
@@ -304,6 +335,7 @@ private:
       events_->push_back({run_, step_->t() + singular * step_->h(), happening::singular, -1, 0});
     if (of_.closed() && !look_ahead())
       return ending::stopped;
+    // the end of the step is the state of the run; loops that it has opened are closed there
     step_->accept(end);
     functions_.begin_elsewhere();
     b_.t = end, end_step();
@@ -318,6 +350,7 @@ private:
   ending arrive(double t) {
     b_.t = t;
     if (t == breaks_[break_])
+      // also where no step has led here: the break may have been no more than rounding away
       place_.taken = place_.whole, is_within_ = false;
     if (t == breaks_[break_] && break_ + 1 < breaks_.size()) {
       ++break_;
@@ -380,6 +413,7 @@ private:
   }
 
   /// At a time where a line of efforts has a corner, or brakes engage.
+  /// Drives are continuous there, so that a step which ends at a corner hands its last rates on to the next one; only brakes change them.
   bool pass_break() {
     if (task_.laws.brake && b_.t == task_.laws.brake_at) {
       of_.set_brakes(true);
@@ -425,6 +459,7 @@ private:
     if (of_.closed() && task_.project && !onto_loops())
       return ending::not_closed;
     is_within_ = true;
+    // events without time between them: laws that undo each other would never end
     at_once_ = t > b_.t || t > last_event_ ? 0 : at_once_ + 1;
     b_.t = last_event_ = t;
     if (at_once_ > most_at_once * static_cast<int>(of_.nv()))
@@ -446,6 +481,7 @@ private:
         return ending::not_closed;
     }
     if (of_.closed())
+      // velocities may have jumped: what the last step said of the way ahead doesn't hold any more
       singular_.begin(b_.q.data()), ahead_ = std::numeric_limits<double>::infinity();
     return step_->begin(t, b_.q.data(), b_.v.data(), b_.work[0]) ? arrive(t) : ending::stopped;
   }
@@ -466,8 +502,8 @@ private:
   std::size_t break_ = 0, stored_ = 0;
   step_place place_ = {};
   bool is_within_ = false; ///< has an event ended the step of equal length before its end
-  double ahead_ = std::numeric_limits<double>::infinity(),
-         kept_ = 0; ///< a singular position, s; the step whose polynomial is kept, s
+  /// a singular position, s; the step whose polynomial is kept, s
+  double ahead_ = std::numeric_limits<double>::infinity(), kept_ = 0;
   double next_ = 0, closure_ = 0, last_event_ = std::numeric_limits<double>::lowest();
   std::size_t judged_ = 0; ///< steps tried when the run was last seen to go on, at
   double judged_at_ = task_.times[0];
@@ -476,6 +512,7 @@ private:
   run_end end_;
 };
 
+// One object serves all runs of a block: be() and what follows it replace all that it holds of the run before.
 class one_of_lanes final : public lone_run {
 public:
   one_of_lanes(const model &m, const simulation &task, const results &out) : run_(m, task, out, 0, none_) {}

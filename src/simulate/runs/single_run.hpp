@@ -15,10 +15,16 @@ inline bool is_single(const simulation &task) {
 std::vector<double> breaks_of(const simulation &task);
 
 /// Where a run is among the steps of equal length between two breaks.
+///
+///      break           taken = 2                 next break, `until`
+///        |───────|───────|───────|─ … ─|───────|     whole steps of length / whole each
+///      begin             t       end(until)
+///
+/// Ends are computed from `begin`, not by adding up, so that no rounding accumulates and the last step ends at the break exactly.
 struct step_place {
   double t; ///< now
-  double begin, length, taken,
-      whole;                      ///< the first break, the time to the next, and how many of how many steps are taken
+  /// the first break, the time to the next, and how many of how many steps are taken
+  double begin, length, taken, whole;
   std::size_t next_break, stored; ///< which break ends them; rows of results that are stored
 
   /// Of the next step, `until` being the break that ends them all.

@@ -42,6 +42,7 @@ double singular_positions::find(continuous_step &step, const double *q, bool pas
     falls_ = true;
     return -1;
   }
+  // a minimum at the common end of two steps belongs to the second, if the pivot fell in the first and rises in this one
   const bool rises = share < at_end; // from the beginning
   if ((rises && !fell) || !((rises ? first : at(step, share)) < (passes_one ? left : zero) * usual_))
     return -1;
@@ -50,6 +51,7 @@ double singular_positions::find(continuous_step &step, const double *q, bool pas
 }
 
 double singular_positions::ahead() const {
+  // on the straight line through the pivots at both ends of the last step
   const bool is_near = before_ < first_ && before_ < watched * usual_;
   return is_near ? before_ / (first_ - before_) : std::numeric_limits<double>::infinity();
 }
@@ -60,6 +62,7 @@ double singular_positions::least_share(continuous_step &step, double first) {
   for (int part = 1; part <= parts; ++part)
     if (const double found = at(step, static_cast<double>(part) / parts); found < least)
       least = found, share = static_cast<double>(part) / parts;
+  // the least sample and its neighbours: the minimum lies between them, if there is one only; (2/3)⁵⁰ of that is 2e-9
   double low = std::fmax(0, share - 1.0 / parts), high = std::fmin(1, share + 1.0 / parts);
   for (int k = 0; k < refinements; ++k) { // thirds: a pivot that passes zero falls and rises on straight lines
     const double one = low + (high - low) / 3, two = high - (high - low) / 3;

@@ -1,4 +1,14 @@
 // Positions on the way of a run at which its loops lose rank: there the motion may go on in several ways, and reactions grow without bound.
+//
+// The measure is the last pivot of the elimination of K(q), the Jacobian of the loops (closed_mechanism::regularity).  Where K loses rank it passes
+// zero about linearly, of which it gives the absolute value:
+//
+//     pivot  ─╲          ╱─        largest so far: usual_
+//              ╲        ╱
+//               ╲      ╱           below `watched` of it, the minimum of a step is looked for
+//                ╲    ╱
+//                 ╲  ╱             below `left` of it, this one is still the one that was told
+//     ─────────────╲╱────────→ t   a minimum below `zero` of it: a singular position
 #pragma once
 
 #include "simulate/methods/continuous_step.hpp"

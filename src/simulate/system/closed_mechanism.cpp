@@ -36,6 +36,7 @@ closed_mechanism::closed_mechanism(const model &m, int externals, std::size_t mo
   const loop_view<double> *const plan = m.view().loops;
   if (!plan)
     return;
+  // the model's plan, but for states that are open
   plan_ = *plan;
   plan_->tolerance = any_opening;
   batch_view<double> batch;
@@ -80,6 +81,7 @@ bool closed_mechanism::derivatives(const double *q, const double *v, const doubl
 }
 
 void closed_mechanism::response(int coordinate, double *a) {
+  // G (Gᵀ M G)⁻¹ Gᵀ e_k, by the factors that the last acceleration has left
   const int freedoms = state_->solved().freedoms();
   for (int j = 0; j < freedoms; ++j)
     reduced_[static_cast<std::size_t>(j)] = state_->G(coordinate, j);
@@ -109,6 +111,7 @@ int closed_mechanism::set_tangent(const double *q, double *G) {
 }
 
 void closed_mechanism::way_back(double *x) {
+  // K x = −e, with independent coordinates that stay
   state_->at().error(rows_.data());
   for (double &row : rows_)
     row = -row;
@@ -127,6 +130,7 @@ double closed_mechanism::error(const double *q) {
 
 double closed_mechanism::regularity(const double *q) {
   state_->set_open_position(q);
+  // a rank below that of earlier positions: an equation has lost its pivot already
   if (state_->solved().rank < rank_)
     return 0;
   rank_ = state_->solved().rank;
@@ -137,6 +141,7 @@ bool closed_mechanism::project(double *q, double *v, double &opened, const unsig
   opened = error(q);
   if (!(opened <= loops::closed_within(m_.loop_tables(), q, m_.nq()))) {
     double left = 0;
+    // with held coordinates where they are; where no closed position is found so, all may move
     const bool is_closed = held && assembly_->close(q, held, nearby, moved_.data(), &left) == closing::closed;
     if (!is_closed && assembly_->close(q, free_.data(), nearby, moved_.data(), &left) != closing::closed)
       return false;
@@ -144,14 +149,15 @@ bool closed_mechanism::project(double *q, double *v, double &opened, const unsig
     assembly_->at().set_position(q);
   }
   if (!keeps_closed(v)) {
-    if (!held || assembly_->complete(v, held, nullptr, moved_.data()) == completion::contradictory)
-      assembly_->complete(v, free_.data(), nullptr, moved_.data());
+    if (!held || assembly_->nearest_velocity(v, held, moved_.data()) == completion::contradictory)
+      assembly_->nearest_velocity(v, free_.data(), moved_.data());
     std::copy_n(moved_.data(), m_.nv(), v);
   }
   return true;
 }
 
 /// At the position that was set last.
+/// Relative to the terms of K v: where large ones cancel, their rounding stays.
 bool closed_mechanism::keeps_closed(const double *v) {
   assembly_->at().velocity(v, rows_.data(), terms_.data());
   for (std::size_t i = 0; i < rows_.size(); ++i)

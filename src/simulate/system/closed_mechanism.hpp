@@ -1,5 +1,12 @@
 // The dynamics of a mechanism with loops at the states between the steps of a method, which are not quite closed, and projections onto
 // the closed ones.
+//
+// K v = 0 are the loops' equations for velocities, G their null space: v = G y, y the velocities of the independent coordinates.  Then
+//
+//     (Gᵀ M G) ẏ = Gᵀ (τ − b − M c),   a = G ẏ + c,   K c = −K̇ v.                                                        (1)
+//
+// Stages of a method lie beside the closed positions, by the order of its error; (1) makes sense there, too, and is what is integrated.  How far
+// loops have opened at the end of a step is taken back by project().
 #pragma once
 
 #include "engine/loops/assembly.hpp"
@@ -47,7 +54,7 @@ public:
   void way_back(double *x);
 
   /// After set_tangent: replaces r (freedoms) by (Gᵀ M G)⁻¹ r; false where a freedom moves no mass.
-  bool solve_inertia(const double *q, double *r) { return !state_->solve_inertia(q, r); }
+  bool solve_inertia(const double *q, double *r) { return !state_->solve_inertia(q, r, nullptr); }
 
   /// The largest equation that is open: m, angles times the length of the mechanism.
   double error(const double *q);

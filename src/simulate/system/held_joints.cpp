@@ -9,11 +9,11 @@ namespace ksl::simulating {
 constexpr double least_pivot = 1e-12;
 /// How far beyond its friction a held effort may be, relative to it, before the coordinate slips: what a root of F − |λ| leaves.
 constexpr double slack = 1e-9;
-/// The same in the margin: what slips then moves the way it is pushed, and doesn't where the push is the friction itself but for rounding.
+/// How far beyond in the margin: what slips then moves the way it is pushed, and doesn't where the push is the friction itself but for rounding.
 constexpr double verge = 1e-11;
 /// Accelerations of which efforts that hold leave less than this share are none.
 constexpr double cancelled = 1e-11;
-/// The same of which more is left are those of a dead centre: no effort there holds the joint.
+/// Accelerations of which more than this share is left are those of a dead centre: no effort there holds the joint.
 constexpr double not_held = 1e-6;
 /// Speeds below this, of the largest, at least 1 rad/s or m/s, are those of a rest: joints that stand since another one stopped.
 constexpr double rest = 1e-12;
@@ -45,12 +45,14 @@ void held_joints::add_friction(std::size_t n, double *tau) const {
 double held_joints::margin(int k) const {
   if (left_[static_cast<std::size_t>(k)] != 0)
     return -std::numeric_limits<double>::infinity();
+  // F − |λ| where friction holds; at a limit λ may have either sign, but pulls by F at most: λ ≥ −F at the lower, λ ≤ F at the upper one
   const double held_back = (1 + verge) * friction(k);
   if (at(k) == mode::sticks)
     return held_back - std::fabs(holding(k));
   return held_back + (at(k) == mode::at_lower ? holding(k) : -holding(k));
 }
 
+// λ holds against a push of −λ: what sticks slides that way.  At a dead centre, where λ means nothing, it goes as its acceleration does.
 held_joints::mode held_joints::way_out(int k) const {
   const double left = left_[static_cast<std::size_t>(k)];
   if (at(k) != mode::sticks)
@@ -75,6 +77,7 @@ const unsigned char *held_joints::flags() {
 
 /// Solves A_hh x = right for the columns that are there, into right_: elimination with the largest diagonal element as the pivot.
 void held_joints::solve(const double *right) {
+  // A_hh is symmetric and positive semidefinite: the largest diagonal element is the largest of all, and pivots on the diagonal are stable
   const std::size_t n = held_.size();
   for (std::size_t i = 0; i < n; ++i) {
     right_[i] = right[i];
@@ -124,6 +127,7 @@ void held_joints::hold(held_mechanism &of, std::size_t n, const double *q, doubl
     return;
   all_columns_.resize(all_held_.size() * nv_);
   of.responses(q, all_held_, all_columns_.data());
+  // (held of all runs, nv): the columns of a run follow one another
   for (std::size_t i = 0; i < all_held_.size(); i += held_.size()) {
     const std::size_t run = all_held_[i].run;
     now_ = run * nv_;
@@ -148,6 +152,7 @@ void held_joints::resist(double *a, std::ptrdiff_t stride) {
   for (std::size_t i = 0; i < nv_; ++i) {
     double &x = a[static_cast<std::ptrdiff_t>(i) * stride], terms = std::fabs(x);
     for (std::size_t j = 0; j < held_.size(); ++j) {
+      // a = a₀ + A λ; the terms are what its rounding is relative to
       const double caused = columns_[j * nv_ + i] * right_[j];
       x += caused, terms += std::fabs(caused);
     }
@@ -182,6 +187,7 @@ double held_joints::wrong(held_mechanism &of, const double *q, const double *a, 
   }
   if (let_go_[i] == mode::free)
     return 0;
+  // Let go upwards, it accelerates downwards: what held it would hold it again.  Wrong by the effort |a_k| / A_kk that stops it.
   const bool goes_up = at(k) == mode::slides_up || (at(k) == mode::free && let_go_[i] == mode::at_lower);
   if (!((goes_up ? -a[k] : a[k]) > 0))
     return 0;
@@ -211,6 +217,7 @@ bool held_joints::settle(held_mechanism &of, double t, std::size_t run, const do
       at(k) = v[k] > 0 ? mode::slides_up : mode::slides_down;
   }
   for (int tries = 0; tries <= tries_of_each * nv; ++tries) {
+    // complementarity: each mode is right where its effort is within bounds (held), or its acceleration leads away (let go)
     if (!of.accelerate(t, run, 1, q, v, a, power))
       return false;
     int worst = -1;
@@ -231,6 +238,8 @@ bool held_joints::settle(held_mechanism &of, double t, std::size_t run, const do
   return true;
 }
 
+// v⁺ = v + A_·h Λ, with Λ = ∫λ over the impact: (1) for velocities.  Coordinates that lie on limits take part as long
+// as their Λ pushes; it is solved again without those that would pull, at most nv times.
 void held_joints::impact(held_mechanism &of, const double *q, const unsigned char *hits, double *v) {
   const std::size_t nv = nv_;
   std::vector<unsigned char> resists(hits, hits + nv);
@@ -242,6 +251,7 @@ void held_joints::impact(held_mechanism &of, const double *q, const unsigned cha
     for (std::size_t k = 0; k < nv; ++k)
       if (resists[k]) {
         held_.push_back(static_cast<int>(k)), all_held_.push_back({0, held_.back()});
+        // Newton's law of impact: A_hh ∫λ = −(1 + e) v at what hits, −v at limits that are not passed
         jump.push_back(-(hits[k] ? 1 + laws_.restitution[k] : 1) * v[k]);
       }
     all_columns_.resize(held_.size() * nv);

@@ -7,6 +7,19 @@
 //
 // Friction holds while |λ| is at most the friction's effort F, a limit while λ pushes away from it, or pulls by F at most.  A coordinate that
 // slides has the effort −F sign(v); one that begins to does so the way that it is accelerated.
+//
+// Modes of a coordinate; → where it changes, with the event that does it (event_search.hpp):
+//
+//                     v = 0: stops                   |λ| > F: lets go
+//     slides_down  ───────────────→            ────────────────────────→  slides_down
+//     slides_up    ───────────────→   sticks   ────────────────────────→  slides_up
+//
+//                     impacts die out             pulled by more than F: lets go
+//     free         ───────────────→  at_lower  ────────────────────────→  free, or with friction slides_up
+//     slides_…     ───────────────→  at_upper  ────────────────────────→  free, or with friction slides_down
+//
+// At an instant all coordinates without velocity are decided together, since efforts that hold one load the others: a linear complementarity
+// problem, in which a held one has a = 0 and λ within bounds, or else a leads the way that λ could not stop (settle).
 #pragma once
 
 #include "ksl/simulate.hpp"
@@ -59,7 +72,7 @@ public:
   /// (nv) of a run.
   mode *modes(std::size_t run) { return mode_.data() + run * nv_; }
 
-  /// The same for derivatives of accelerations, x (nv, nv) in columns, at the position of the last hold(): but for those of the mass matrix.
+  /// Holds derivatives of accelerations, x (nv, nv) in columns, at the position of the last hold(): but for those of the mass matrix.
   void hold_derivatives(double *x);
 
   mode &at(int k) { return mode_[now_ + static_cast<std::size_t>(k)]; }

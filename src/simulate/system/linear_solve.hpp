@@ -1,4 +1,9 @@
 // Square systems of linear equations: LU decomposition with partial pivoting.
+//
+//     A  →  [ U U U U ]      P A = L U, L with ones on its diagonal, which are not stored.  Rows are swapped whole, with the factors to their left,
+//           [ L U U U ]      so that all swaps of a right side come before its substitution (Golub, Van Loan, Matrix Computations (2013), 3.4).
+//           [ L L U U ]      Row order_[c] and row c were swapped in step c.
+//           [ L L L U ]
 #pragma once
 
 #include <cmath>

@@ -18,6 +18,7 @@ manifold::manifold(const model &m) : m_(m), number_in_q_(static_cast<std::size_t
     with_joint(joint.kind, [&]<class J>(J) {
       for (int k = 0; J::velocity_is_rate && k < J::nv; ++k)
         number_in_q_[static_cast<std::size_t>(joint.v_index + k)] = joint.q_index + k;
+      // which numbers of a twist (lin, ang) its velocities are: of a planar joint 0, 1 and 5
       if constexpr (requires { J::coordinate[0]; })
         if (!J::velocity_is_rate) {
           curved_joint c{joint.v_index, J::nv, {}};
@@ -59,6 +60,7 @@ void manifold::map(std::size_t n, const double *u, const double *x, double *out,
       for (int i = 0; i < joint.nv; ++i)
         step[joint.coordinate[i]] = u[at + static_cast<std::size_t>(i)],
         moving[joint.coordinate[i]] = x[at + static_cast<std::size_t>(i)];
+      // (lin, ang) ↦ (J lin + Q ang, J ang): the right Jacobian of SE(3) at the step, or its inverse
       const screw<double> s = {{step[0], step[1], step[2]}, {step[3], step[4], step[5]}};
       const vec3<double> lin = {moving[0], moving[1], moving[2]}, ang = {moving[3], moving[4], moving[5]};
       mat3x3<double> J, Q;

@@ -1,4 +1,10 @@
 // Steps on the manifold of positions, for n runs in rows.  A step from q₀ is a joint velocity u, and leads to q₀ ⊕ u.
+//
+//     q₀ ⊕ u      joints with one axis: q₀ + u;  poses and rotations: Q₀ exp(u)
+//     q₁ ⊖ q₀     the shortest u with q₀ ⊕ u = q₁
+//
+// Methods for vector spaces are made for u, whose rates are J(u)⁻¹ v.  u = 0 at the beginning of each step, far from the singularity of J at a
+// rotation of 2π.
 #pragma once
 
 #include "ksl/model.hpp"

@@ -72,6 +72,10 @@ void mass_centers::set_position(const system &of, std::size_t n, const double *q
       placed &at = placed_[k * trees_.size() + i];
       const double *const numbers = q + k * nq_ + t.q, *const M = mass_.data() + k * nv_ * nv_;
       // the momentum of a rotation ω about the origin is m ω × c
+      //
+      //     M, rows lin and columns ang:   m [  0    c_z  −c_y ]
+      //                                      [ −c_z  0     c_x ]
+      //                                      [  c_y −c_x   0   ]
       const auto moment = [&](std::size_t lin, std::size_t ang) { return M[(t.v + lin) * nv_ + t.v + ang] / at.mass; };
       at = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, M[t.v * nv_ + t.v]};
       const std::size_t z = t.axes == 3 ? 5 : 2;
@@ -86,6 +90,7 @@ void mass_centers::set_position(const system &of, std::size_t n, const double *q
     }
 }
 
+// x = t + R c: where the centre is when a step begins; t is the joint's position.
 void mass_centers::begin_steps(std::size_t n, const double *q) {
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t i = 0; i < trees_.size(); ++i) {
@@ -98,6 +103,7 @@ void mass_centers::begin_steps(std::size_t n, const double *q) {
     }
 }
 
+// The other coordinates go first, since R and c follow from them; then t = x + u − R c.
 void mass_centers::move(const system &of, std::size_t n, const double *q, const double *u, double *out) {
   std::copy_n(u, n * nv_, still_.data());
   for (std::size_t k = 0; k < n * nv_; ++k)
@@ -137,6 +143,7 @@ void turn(const double (&R)[3][3], std::size_t axes, bool back, double *v) {
 
 } // namespace
 
+// B = [R  R C; 0  1] and its inverse [Rᵀ  −C; 0  1], for (ẋ, y) and (v_lin, y).  Momenta go by B⁻ᵀ = [R  0; −Cᵀ  1] and Bᵀ = [Rᵀ  0; Cᵀ Rᵀ  1].
 void mass_centers::to_velocities(std::size_t n, double *v) const {
   for_each(n, [&](const tree &t, const placed &at, std::size_t row, const double *M) {
     for (std::size_t r = t.v; r < t.v + t.axes; ++r)
@@ -187,6 +194,7 @@ void mass_centers::to_rest(std::size_t n, double *v) const {
 
 void mass_centers::mass_matrix(double *M) const {
   std::copy_n(mass_.data(), nv_ * nv_, M);
+  // B⁻ᵀ times each row of a symmetric matrix is M B⁻¹; once more, of its transpose, makes B⁻ᵀ M B⁻¹
   for (int side = 0; side < 2; ++side) {
     for (std::size_t i = 0; i < nv_; ++i)
       to_momenta(1, M + i * nv_);

@@ -28,6 +28,7 @@ void motion_asked::find_at(std::size_t run, double t) {
   space_.rates(1, way_.data(), law_.velocity ? v0 + nv_ : v0, end_.data());
   const double s = at.share, h = at.length;
   for (std::size_t k = 0; k < nv_; ++k) {
+    // Hermite's cubic on [0, 1]: u(0) = 0, u(1) = u₁, u′(0) = h v₀, u′(1) = h r₁
     const double first = h * v0[k], last = h * end_[k], square = 3 * way_[k] - 2 * first - last,
                  cube = first + last - 2 * way_[k];
     step_[k] = s * (first + s * (square + s * cube));

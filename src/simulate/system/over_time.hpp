@@ -1,4 +1,9 @@
 // Rows of numbers over time.
+//
+//     rows    run 0: [row at times[0]] [row at times[1]] … [row at times[n − 1]]
+//             run 1:  run_stride numbers further; with run_stride = 0 all runs have the same
+//
+// Numbers go straight between two times, and stay as they are before the first and behind the last.
 #pragma once
 
 #include "ksl/simulate.hpp"

@@ -14,6 +14,7 @@ system::system(const model &m, const simulation &task, std::size_t most)
       applied_(most * nv_), wrenches_(most * 6 * static_cast<std::size_t>(task.external_n)) {
   for (int e = 0; e < task.external_n; ++e)
     links_.push_back(task.external[e].link);
+  // wrenches_ is (runs, wrenches, 6): those of one link lie 6 · wrenches numbers apart from run to run
   for (int e = 0; e < task.external_n; ++e)
     external_.push_back({links_[static_cast<std::size_t>(e)], {wrenches_.data() + 6 * e, 6 * task.external_n}});
   if (law_.position)
@@ -47,7 +48,7 @@ void system::call(const algorithm_row &row, std::size_t n, const double *q, cons
   compute_states(row, m_, batch, 0, n);
 }
 
-/// The same for the tree that carries the loops, with rows of `columns` numbers.
+/// Calls it for the tree that carries the loops, with rows of `columns` numbers.
 void system::call_tree(const algorithm_row &row, const batch_view<double> &inputs, double *out, std::size_t columns) {
   batch_view<double> batch = inputs;
   batch.result[0] = {out, static_cast<std::ptrdiff_t>(columns)};
@@ -71,6 +72,8 @@ void system::accelerate_closed(std::size_t n, const double *q, const double *v, 
   }
 }
 
+/// What a stage leaves open changes accelerations by as much divided by the last pivot, which is small near a singular position: there the state is
+/// closed first (single_run.cpp), or taken as it is where it can't be.
 void system::accelerate_nearest(const double *q, const double *v, double *a) {
   moved_.assign(q, q + nq_), moved_.insert(moved_.end(), v, v + nv_);
   double opened;
@@ -78,6 +81,7 @@ void system::accelerate_nearest(const double *q, const double *v, double *a) {
   accelerate_closed(1, is_closed ? moved_.data() : q, is_closed ? moved_.data() + nq_ : v, a);
 }
 
+// λ does no work, since what it holds stands: power is that of the efforts before hold().
 bool system::accelerate(double t, std::size_t first, std::size_t n, const double *q, const double *v, double *a,
                         double *power) {
   evaluations_ += n;
@@ -101,6 +105,7 @@ bool system::accelerate(double t, std::size_t first, std::size_t n, const double
   return true;
 }
 
+// An element whose points meet has no direction: the run that ends there names it.
 void system::note_elements(std::size_t n, const double *q, const double *v, const double *x) {
   for (std::size_t k = 0; forces_ && k < n; ++k) {
     const double *const row = x + k * nv_;
@@ -108,7 +113,7 @@ void system::note_elements(std::size_t n, const double *q, const double *v, cons
       continue;
     forces_->set(q + k * nq_, v + k * nv_);
     for (std::size_t i = 0; i < m_.force_elements().size(); ++i)
-      if ((*forces_)[i].found != elements::fault::none)
+      if ((*forces_)[i].found() != elements::fault::none)
         element_[k] = static_cast<int>(i);
   }
 }
@@ -119,6 +124,7 @@ void system::responses(const double *q, const std::vector<held_coordinate> &coor
     closed_->response(coordinates[j].coordinate, a + j * nv_);
   if (closed_ || n == 0)
     return;
+  // coordinates are listed run by run: one M⁻¹ serves all of a run
   std::size_t runs = 0;
   positions_.resize(n * nq_);
   for (std::size_t j = 0; j < n; ++j)
@@ -133,6 +139,7 @@ void system::responses(const double *q, const std::vector<held_coordinate> &coor
   for (std::size_t j = 0; j < n; ++j) {
     if (j > 0 && coordinates[j].run != coordinates[j - 1].run)
       inverse += nv_ * nv_;
+    // row k of M⁻¹, which is symmetric: what an effort of 1 at coordinate k accelerates
     std::copy_n(inverse + static_cast<std::size_t>(coordinates[j].coordinate) * nv_, nv_, a + j * nv_);
   }
 }
@@ -171,6 +178,8 @@ void system::set_wrenches(double t, std::size_t first, std::size_t n) {
 }
 
 /// stiffness (q_d ⊖ q) + damping (v_d − v), as efforts or, with a_d, as accelerations for inverse dynamics.
+/// Computed torque: τ = ID(q, v, a_d + k_p (q_d ⊖ q) + k_d (v_d − v)) makes the error obey ë + k_d ė + k_p e = 0 (Siciliano et al., Robotics (2009),
+/// section 8.5.2).
 void system::follow(double t, std::size_t first, std::size_t n, const double *q, const double *v) {
   for (std::size_t k = 0; k < n; ++k) {
     if (k == 0 || law_.position.run_stride || law_.velocity.run_stride || law_.acceleration.run_stride)
@@ -201,6 +210,7 @@ void system::add_inverse_dynamics(std::size_t n, const double *q, const double *
     tau_[i] += computed_[i];
 }
 
+// what inverse dynamics needs at rest, without external wrenches
 void system::add_gravity(std::size_t n, const double *q) {
   for (std::size_t k = 0; closed_ && k < n; ++k)
     closed_->efforts(q + k * nq_, nullptr, nullptr, {}, computed_.data() + k * nv_);
@@ -224,6 +234,8 @@ void system::keep_limits(std::size_t n) {
     }
 }
 
+/// P = τ · v + Σ w · V + P_dampers − Σ (d v + F f(v / w)) v: of efforts, of external wrenches w on links with twists V, of dampers, of damping and
+/// smooth friction of joints.
 void system::set_power(std::size_t n, const double *q, const double *v, const double *tau, double *power) {
   if (task_.external_n)
     call(rows::external_power, n, q, v, nullptr, nullptr, power);
@@ -255,6 +267,7 @@ void system::set_outer_efforts(std::size_t n, const double *q, const double *v, 
   const std::size_t size = n * nv_;
   std::fill_n(out, size, 0.0);
   if (task_.external_n) {
+    // Jᵀ w: the efforts that hold the mechanism without the wrenches, less those that hold it with them
     batch_view<double> batch = batch_of(n, q, nullptr, nullptr, nullptr);
     call_tree(rows::gravity_torque, batch, computed_.data(), nv_);
     for (std::size_t i = 0; i < size; ++i)
@@ -271,11 +284,13 @@ void system::set_outer_efforts(std::size_t n, const double *q, const double *v, 
   parts_.resize(5 * size);
   call_tree(rows::effort_parts, batch_of(n, q, v, nullptr, nullptr), parts_.data(), 5 * nv_);
   for (std::size_t i = 0; i < size; ++i) {
+    // (n, 5, nv): rows 1 and 2 are what damping and friction need, which is minus what they do
     const double *const of_run = parts_.data() + i / nv_ * 5 * nv_ + i % nv_;
     out[i] -= of_run[nv_] + of_run[2 * nv_];
   }
 }
 
+// What is held doesn't accelerate, however q and v change: (1) of held_joints.hpp, with each column for the accelerations.
 bool system::derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v) {
   if (!add_derivatives(t, run, q, v, by_q, by_v))
     return false;
@@ -289,6 +304,8 @@ bool system::derivatives(double t, std::size_t run, const double *q, const doubl
 }
 
 /// Efforts of drives change accelerations by M⁻¹ times their own derivatives, which are differences: one for each coordinate of q and of v.
+/// They serve Newton's method in sdirk4, whose solution doesn't depend on them: one-sided differences are enough.  Efforts
+/// that are given over time have none by q and v.
 bool system::add_derivatives(double t, std::size_t run, const double *q, const double *v, double *by_q, double *by_v) {
   const std::size_t square = nv_ * nv_;
   changed_.resize(nq_ + 3 * nv_), rates_.resize(square);
@@ -317,6 +334,7 @@ bool system::add_derivatives(double t, std::size_t run, const double *q, const d
     double *const out = k < nv_ ? by_q : by_v;
     for (std::size_t i = 0; i < nv_; ++i)
       for (std::size_t j = 0; j < nv_; ++j)
+        // da/dx = ∂a/∂x (τ stays) + M⁻¹ ∂τ/∂x
         out[i * nv_ + c] += rates_[i * nv_ + j] * (tau_[j] - before[j]) / size;
   }
   return true;

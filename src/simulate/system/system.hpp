@@ -1,4 +1,14 @@
 // What is integrated: forward dynamics of n runs under drives and external wrenches.
+//
+//     M(q) a + b(q, v) = τ + τ_f + λ,     b: bias, with gravity, springs, dampers and external wrenches                    (1)
+//
+//     set_efforts    τ, of drives: a function, or given over time, a controller, gravity; cut at limits
+//     add_friction   τ_f = −F sign(v), where coordinates slide                                   (held_joints.hpp)
+//     accelerate_…   a₀ without λ: forward dynamics in lanes; with loops by closed_mechanism.hpp
+//     hold           λ, where coordinates are held: a = a₀ + A λ, zero there
+//     set_power      of all that isn't conservative; its integral is the work among the results
+//
+// One object belongs to one thread: its arrays are those of the runs that are computed together.
 #pragma once
 
 #include "simulate/system/closed_mechanism.hpp"

@@ -189,6 +189,35 @@ TEST_CASE("what is off is listed, and values that no joint can have are refused"
           "joint \"elbow\": a spring on a spherical joint; only joints with one coordinate can have one");
 }
 
+TEST_CASE("what names the link of a rotor is refused where rotors go, and isn't moved to the link behind it") {
+  ksl::model_options options;
+  options.physics = ksl::physics_named({"rotor bodies"});
+  ksl::robot_description with_rotor = ksl::model(arm(), options).description();
+  const int rotor = static_cast<int>(with_rotor.links.size()) - 1, root = with_rotor.joints[0].parent;
+  REQUIRE(with_rotor.links.back().name == "shoulder_rotor");
+  with_rotor.links.emplace_back().name = "tool";
+  ksl::joint_description &grip = with_rotor.joints.emplace_back();
+  grip.name = "grip", grip.kind = ksl::joint_kind::fixed, grip.parent = 1, grip.child = rotor + 1;
+  with_rotor.physics = {};
+  CHECK_NOTHROW(ksl::model{with_rotor});
+  const auto refused = [](const ksl::robot_description &r, const char *sentence) {
+    CHECK_THROWS_WITH_AS(ksl::model{r}, doctest::Contains(sentence), ksl::description_error);
+  };
+  for (const bool is_first : {true, false}) {
+    ksl::robot_description r = with_rotor;
+    ksl::force_element_description &belt = r.force_elements.emplace_back();
+    belt.name = "belt", belt.link1 = is_first ? rotor : root, belt.link2 = is_first ? root : rotor;
+    belt.point2 = {1, 0, 0};
+    refused(r, is_first ? "force element \"belt\": its first link \"shoulder_rotor\" is a rotor"
+                        : "force element \"belt\": its second link \"shoulder_rotor\" is a rotor");
+    r = with_rotor;
+    ksl::loop_description &coupling = r.loops.emplace_back();
+    coupling.name = "coupling", coupling.predecessor = is_first ? rotor : 2, coupling.successor = is_first ? 2 : rotor;
+    refused(r, is_first ? "joint \"coupling\": its parent link \"shoulder_rotor\" is a rotor"
+                        : "joint \"coupling\": its child link \"shoulder_rotor\" is a rotor");
+  }
+}
+
 TEST_CASE("motor efforts may be written over any input") {
   const ksl::model m(arm(), all_physics());
   ksl::data d(m);

@@ -1,9 +1,12 @@
 """Times without samples in which a joint moves forbid a green verdict; those in which all stand don't."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import ksl
+from chains import SLIDE
 from ksl.mechanism.joint_kinds import columns_of
 from ksl.motions.reading import read_motion
 from ksl.motions.signal.gaps import doubts_about_gaps
@@ -117,3 +120,35 @@ def test_the_verdict_is_not_green(leg):
         run = ksl.compute_loads(leg, [T[rows], q[rows]])
         levels.append([r for r in run.verdict.reasons if "no samples between" in r])
     assert levels[0] == [] and len(levels[1]) == 1 and ksl.compute_loads(leg, [T[keep], q[keep]]).verdict.level != "green"
+
+
+@pytest.mark.parametrize(("gap", "way", "said"), [(5.0, 0.5, False), (5.01, 0.5, True), (6.0, 0.0499, False), (6.0, 0.0501, True)])
+def test_gaps(gap, way, said):
+    """Longer than five median steps, while the joint moves by more than a twentieth of its travel, 1 m; it rests before and after."""
+    time = np.cumsum([0.0] + [1.0] * 6 + [gap] + [1.0] * 6)
+    q = np.repeat([0.0, way, 1.0], [7, 4, 3])[:, None]
+    found = doubts_about_gaps((SLIDE,), time, q)
+    assert bool(found) == said and all(
+        f"no samples between 6 s and {6 + gap:.6g} s, {gap:.3g} median steps, while slide moves by {way:.3g} m" in line for line in found
+    )
+    assert doubts_about_gaps((SLIDE,), time[5:8], q[5:8]) == []
+    way = np.append(0.1 * np.arange(11), 0.1 * np.arange(10, -1, -1))  # what moves beside a gap has moved in it, though it is back
+    (said,) = doubts_about_gaps((SLIDE,), np.append(np.arange(11.0), 16 + np.arange(11.0)), way[:, None])
+    assert "no samples between 10 s and 16 s" in said
+
+
+def test_the_joint_that_a_gap_hides_most_of():
+    """By the share of its travel, not by its way."""
+    time = np.array([0.0, 1, 2, 3, 10, 11, 12])
+    far, near = np.array([0.0, 0, 0, 0, 10, 10, 100]), np.array([0.0, 0, 0, 0, 0.5, 0.5, 1])
+    joints = tuple(replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate(("far", "near", "still")))
+    (said,) = doubts_about_gaps(joints, time, np.column_stack([far, near, 0 * near]))
+    assert "while near moves by 0.5 m" in said
+    (said,) = doubts_about_gaps(joints[:1], time, far[:, None])
+    assert "while far moves by 10 m" in said and "7 median steps, while" in said
+
+
+def test_a_gap_before_the_last_sample():
+    time, q = np.array([0.0, 1, 2, 3, 9]), np.array([0.0, 0, 0, 0, 1])[:, None]
+    (said,) = doubts_about_gaps((SLIDE,), time, q)
+    assert said.startswith("no samples between 3 s and 9 s, 6 median steps, while slide moves by 1 m")

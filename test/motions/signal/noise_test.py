@@ -264,3 +264,34 @@ def test_numbers_of_the_page(examples):
     m = read_motion(model, examples / "motions/ur5_pick.csv")
     (doubt,) = complete(model, m.time, np.round(m.q, 3), [[None, None]] * 6).doubts
     assert doubt in page
+
+
+@pytest.mark.parametrize(
+    ("x", "step"),
+    [
+        ([0.123, 1.5, -7.001], 1e-3), ([1.0, 5.0], 1.0), ([0.1, 0.25], 0.01), (0.0123 * np.arange(7) ** 2 + 1 / 3, 0.0123), (np.full(5, 1 / 3), 0.0),
+        (np.array([0, 1, 2.0009, 5]) * 0.017 + 1 / 3, 0.017), (np.array([0, 1, 2.0011, 5]) * 0.017 + 1 / 3, 0.0), (np.sqrt(np.arange(9)), 0.0), ([0.123456789, 0.1], 1e-9), ([0.1234567891, 0.1], 0.0234567891),
+    ],
+)  # fmt: skip
+def test_the_step_of_which_numbers_are_multiples(x, step):
+    assert step_of(np.asarray(x, dtype=float)) == pytest.approx(step, rel=1e-9)
+
+
+def test_multiples_are_such_to_rounding():
+    """Of decimals to 1e-12; counts of an encoder that are a billionth of the largest number apart are one."""
+    assert step_of(np.array([5.0, 1 + 0.95e-12])) == 1 and step_of(np.array([5.0, 1 + 1.05e-12])) == pytest.approx(4)
+    assert [step_of(2.0**30 * np.array([0, 1 + k * np.finfo(float).eps])) == 1 for k in (8, 9)] == [True, False], "of large ones to eight of their last digits"
+    for scale in (1.0, 2.0**-36):
+        counts = np.sqrt(2) * scale * np.arange(7.0)
+        near = lambda off: np.append(counts, counts[1] + off * counts[-1])
+        assert step_of(near(0.95e-9)) == pytest.approx(counts[1]) and step_of(near(1.05e-9)) == 0
+
+
+@pytest.mark.parametrize("n", [25, 26, 2000])
+def test_noise_that_can_be_told(n):
+    """Sixteen differences of the tenth order at least; a sine without noise has none."""
+    rng = np.random.default_rng(1)
+    t = np.arange(n) * 0.01
+    x = np.column_stack([np.sin(t), np.sin(t) + 1e-3 * rng.normal(size=n), np.zeros(n)])
+    found = white_noise(t, x, np.zeros(3))
+    assert found[[0, 2]].tolist() == [0, 0] and (found[1] > 0) == (n > 25) and (n < 2000 or found[1] == pytest.approx(1e-3, rel=0.1))

@@ -1,9 +1,7 @@
 """What recorders leave behind, in files of every format: the motion is that of the clean file, and a note says what was done."""
 
-from ksl.motions.signal.ordered import ordered, recordings
-from ksl.motions.signal.rates import derivative, derivatives
-from ksl.motions.signal.resampling import on_spline
 import io
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -11,7 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from chains import SLIDE
+from ksl.base.errors import MotionError
 from ksl.motions.reading import read_motion
+from ksl.motions.signal.ordered import check_restart, ordered, recordings
+from ksl.motions.signal.rates import derivative, derivatives
+from ksl.motions.signal.resampling import on_spline
 
 T = np.linspace(0, 2, 201)
 NAN = np.nan
@@ -245,3 +248,43 @@ def test_times_too_close_for_a_spline_are_said_with_their_joints():
     for call in (lambda: derivative(close, np.zeros(7)), lambda: derivatives(close, np.zeros((7, 1)), 2)):
         with pytest.raises(ksl.MotionError, match="check their unit"):
             call()
+
+
+@pytest.mark.parametrize(
+    ("times", "at"),
+    [
+        ([0, 1, 0.5, 2], None),
+        ([0, 1, 0.4999, 2], 2),
+        ([0, 1, 1, 1], 2),
+        ([0, 1, 2, 2, 2.5], None),
+        ([0, 0, 0, 1], 1),
+        ([0, 0, 1, 1], 1),
+        ([0, 0, 1, 1, 2], None),
+        ([3.0], None),
+    ],
+)
+def test_times_that_go_back_or_stand_still(times, at):
+    assert check_restart(np.array(times, dtype=float)) == at
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.0099, 9), (0.0101, 10)])
+def test_samples_closer_than_a_hundredth_of_the_step_are_one(share, left):
+    time = np.array([0.0, 1, 2, 3, 3 + share, 4, 5, 6, 7, 8])
+    found = ordered("f", [SLIDE], time, {"slide": np.arange(10.0)}, np.arange(10))
+    assert len(found.time) == left and bool(found.notes) == (left == 9)
+    assert found.rows.tolist() == [k for k in range(10) if k != 3 or left == 10], "the last of them is used"
+
+
+def test_which_joints_are_never_recorded_together():
+    """The one that ends first, and the one that begins last: not `often`, which begins early and goes on."""
+    joints = [replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate(("early", "often", "late"))]
+    time = np.arange(20.0)
+    there = {"early": (time > 1) & (time < 9), "often": time != 3, "late": time > 10}
+    with pytest.raises(MotionError, match="f: early and late are never recorded at the same time; record them together"):
+        ordered("f", joints, time, {name: np.where(there[name], 1.0, np.nan) for name in there}, np.arange(20))
+
+
+@pytest.mark.parametrize(("moved", "used"), [(0.00099, True), (0.00101, False)])
+def test_velocities_that_are_all_zero_were_not_measured(moved, used):
+    values = {"slide": np.array([0.0, moved, 0]), "slide.v": np.zeros(3)}
+    assert ("slide.v" in ordered("f", [SLIDE], np.arange(3.0), values, np.arange(3)).values) == used

@@ -1,14 +1,17 @@
 """A joint that is held stands, whatever its numbers are: exact, rounded, noisy; and one that moves slowly moves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import ksl
+from chains import SLIDE
 from ksl.base.rounding import OF_POSITIONS
 from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.mechanism.lengths import extent
 from ksl.motions.motion import complete
-from ksl.motions.signal.standing import _rounded, standing_of_integrated
+from ksl.motions.signal.standing import WINDOW, _rounded, standing_of_integrated
 
 TIME = np.arange(1000) * 0.004
 RANDOM = np.random.default_rng(7)
@@ -216,3 +219,27 @@ def test_a_line_says_what_stands(pendulum):
     (_, line) = motion(pendulum, 0.9 + 1e-5 * NOISE).differentiated
     assert line.startswith("pin stands where its position keeps within 7.6e-05 rad") and "rad/s are taken as none there" in line
     assert len(motion(pendulum, 0.9 + 0 * TIME).differentiated) == 1, "rounding in memory is not worth one"
+
+
+@pytest.mark.parametrize(("share", "stands"), [(0.99, True), (1.01, False)])
+def test_a_drift_of_twice_the_resolution_is_no_stand(share, stands):
+    """Within the middle half of forty samples, 19 steps, though eight of them in a row always keep within it."""
+    x = share * 2e-3 / 19 * np.arange(40)
+    both = tuple(replace(SLIDE, name=name, q_index=k, v_index=k) for k, name in enumerate("ab"))
+    found = standing_of_integrated(both, 0.1 * np.arange(40), np.column_stack([5 * np.arange(40.0), x]), np.ones((40, 2)), 1e-3, 0.0)
+    assert found.stands[:, 1].all() == found.held[:, 1].all() == stands and found.stands[:, 1].any() == stands and not found.stands[:, 0].any()
+
+
+@pytest.mark.parametrize(("width", "stands"), [(0.99, True), (1.01, False)])
+def test_a_position_stands_within_the_error_of_its_integration(width, stands):
+    """1e-3 + 1e-2 |q|, for eight samples."""
+    x = 2.0 - 0.021 * width * (np.arange(40) % 2)
+    found = standing_of_integrated([SLIDE], 0.1 * np.arange(40), x[:, None], np.ones((40, 1)), 1e-3, 1e-2)
+    assert found.stands.all() == stands and found.stands.any() == stands and found.rate[0] == pytest.approx(0.21)
+    eight = standing_of_integrated(
+        [SLIDE], np.arange(30.0), np.concatenate([np.arange(11.0), np.full(8, 11.5), np.arange(12.0, 23)])[:, None], np.ones((30, 1)), 1e-3, 0
+    )
+    assert np.flatnonzero(eight.stands[:, 0]).tolist() == list(range(11, 19)) and not eight.held.any()
+    long = np.concatenate([np.arange(11.0), np.full(30, 11.5), np.arange(12.0, 23)])[:, None]
+    held = standing_of_integrated([SLIDE], np.arange(52.0), long, np.ones((52, 1)), 1e-3, 0).held
+    assert np.flatnonzero(held[:, 0]).tolist() == list(range(11 + WINDOW, 41 - WINDOW)), "but for those near its ends"

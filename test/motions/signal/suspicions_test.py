@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import ksl
+from chains import limit, one_sided_joints, robot_of
+from ksl.mechanism.lengths import extent
 from ksl.motions.motion import complete
-from ksl.motions.signal.suspicions import suspicions_of_pose
+from ksl.motions.signal.suspicions import suspicions, suspicions_of_pose
 
 
 @pytest.fixture
@@ -84,3 +86,43 @@ def test_seconds_converted_twice(ur5):
     t = np.arange(1000) * 0.004
     (line,) = doubts(ur5, t * 1e-3, motion(t))
     assert "times its limit: check the unit of the times, which are taken as seconds" in line
+
+
+@pytest.mark.parametrize(
+    ("kind", "limits", "least", "most"),
+    [
+        ("revolute", limit(-1, 1), 3.0, 3.0 * 180 / np.pi), ("revolute", limit(-4, -1), 6.0, 6.0 * 180 / np.pi), ("revolute", limit(1, 4), 6.0, 6.0 * 180 / np.pi),
+        ("continuous", "", 100.0, 100 * 180 / np.pi), ("prismatic", limit(-2, 1), 4.5, 4500.0), ("prismatic", limit(0, 0.2), 1.0, 300.0), ("prismatic", limit(0, 0), None, None),
+    ],
+)  # fmt: skip
+def test_positions_of_another_unit(robot, kind, limits, least, most):
+    """Beyond 1.5 times the limits or their range, 100 rad, or 20 times the robot's extent, 1 m at least; and possible in the smaller unit."""
+    m = robot_of(robot, ("j", kind, limits))
+    least, most = (20 * extent(m), 20e3 * extent(m)) if least is None else (least, most)
+    word = "millimetres" if kind == "prismatic" else "degrees"
+    for x, said in ((0.999 * least, False), (1.001 * least, True), (0.999 * most, True), (1.001 * most, False)):
+        for found in (suspicions_of_pose(m, np.array([-x])), suspicions(m, np.arange(3.0), np.array([[0.0], [x], [0]]), np.ones((3, 1)))):
+            assert [f"j reaches {x:.4g} " in line and word in line for line in found] == [True] * said
+
+
+def test_joints_with_one_limit_are_as_those_without():
+    for m in one_sided_joints():
+        assert [bool(suspicions_of_pose(m, np.array([x]))) for x in (99.0, 101.0)] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("speed", "step", "said"),
+    [
+        (2e-3, 0.5, "milliseconds? Then add --time-unit ms"), (2.01e-3, 0.5, ""), (4.02e-5, 0.5, "--time-unit ms"), (3.98e-5, 0.5, ""), (2e-3, 0.0999, ""), (2e-3, 0.1001, "ms"),
+        (2e-3, 999.0, "ms"), (2e-3, 1001.0, ""), (2e-6, 1001.0, "microseconds? Then add --time-unit us"), (2e-9, 2e6, "nanoseconds? Then add --time-unit ns"), (4.02e-8, 0.5, "us"), (3.98e-8, 0.5, ""),
+        (4.02e-11, 0.5, "ns"), (3.98e-11, 0.5, ""), (0.0, 0.5, ""),
+        (201.0, 0.99e-4, "times its limit: check"), (199.0, 0.99e-4, ""), (201.0, 1.01e-4, ""),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("limits", [limit(-9, 9), ""])
+def test_times_of_another_unit(robot, speed, step, said, limits):
+    m = robot_of(robot, ("j", "revolute" if limits else "continuous", limits))
+    found = suspicions(m, step * np.arange(5), np.zeros((5, 1)), np.linspace(0, -speed, 5)[:, None])
+    assert [(said if limits else said.replace("its limit", "2 rad/s or m/s")) in line for line in found] == [True] * bool(said)
+    long = suspicions(m, np.linspace(0, 0.1001, 5000), np.zeros((5000, 1)), np.full((5000, 1), 201.0))
+    assert long == [] and len(suspicions(m, np.linspace(0, 0.0999, 5000), np.zeros((5000, 1)), np.full((5000, 1), 201.0))) == 1

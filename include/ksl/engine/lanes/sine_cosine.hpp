@@ -22,8 +22,8 @@ inline namespace KSL_ISA {
 template <class S> struct trigonometry;
 
 template <> struct trigonometry<double> {
-  static constexpr double fast_range =
-      262144.0; ///< 2¹⁸: beyond it, three parts of π/2 may not be accurate enough for a small hi
+  /// 2¹⁸: beyond it, three parts of π/2 may not be accurate enough for a small hi
+  static constexpr double fast_range = 262144.0;
   static constexpr double two_over_pi = 6.36619772367581382433e-01;
   static constexpr double half_pi[3] = {1.57079632673412561417e+00, 6.07710050630396597660e-11,
                                         2.02226624879595063154e-21};
@@ -59,7 +59,11 @@ template <class T> KSL_LANES reduced_angle<T> reduce(T x, const double &) {
 /// x − k p, rounded once, if the difference has 53 bits at most.  Computed by a fused multiply-add or in double; both give the
 /// same bits.
 KSL_LANES float difference(float x, float k, float p) {
+#if defined(__FMA__)
+  return __builtin_fmaf(-k, p, x);
+#else
   return static_cast<float>(static_cast<double>(x) - static_cast<double>(k) * static_cast<double>(p));
+#endif
 }
 template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<float, W> k, float p) {
 #if defined(__AVX512F__)
@@ -69,6 +73,8 @@ template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<floa
 #if defined(__FMA__)
   if constexpr (W == 8)
     return _mm256_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
+  if constexpr (W == 4)
+    return _mm_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
 #endif
   using wide = typename vector_of<double, W>::type;
   const wide d =
@@ -110,7 +116,7 @@ template <class T> KSL_LANES void turn_by_quarters(T k, T &s, T &c) {
   c = math<T>::select(math<T>::fabs(n + half) > one, -c, c);
 }
 
-/// The same by bit operations on k + 1.5 × 2^(digits − 1), whose last bits are those of k.
+/// Quarter turns by bit operations on k + 1.5 × 2^(digits − 1), whose last bits are those of k.
 template <class S, int W> KSL_LANES void turn_by_quarters(pack<S, W> k, pack<S, W> &s, pack<S, W> &c) {
   using P = pack<S, W>;
   using integers = typename P::mask;
@@ -169,7 +175,7 @@ template <class T> KSL_LANES void sine_cosine_in_fast_range(T x, T &sine, T &cos
   sine_cosine_of_reduced(reduce(x, scalar_of<T>()), sine, cosine);
 }
 
-/// The same for any x; NaN for infinities and NaN.  Not inlined, so that the fast path keeps its registers.
+/// Sine and cosine of any x; NaN for infinities and NaN.  Not inlined, so that the fast path keeps its registers.
 template <class S> __attribute__((noinline, cold)) void sine_cosine_of_any(S x, S &sine, S &cosine) {
   if (math<S>::fabs(x) <= trigonometry<S>::fast_range) { // only another lane of the register is large
     sine_cosine_in_fast_range(x, sine, cosine);
@@ -206,7 +212,7 @@ KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
   sine = s, cosine = c;
 }
 
-/// The same for any other scalar, by its own function.
+/// Sine and cosine of any other scalar, by its own function.
 template <class T>
   requires(!is_number<T> && !is_pack<T>)
 void sine_cosine(const T &x, T &sine, T &cosine) {
@@ -217,6 +223,61 @@ void sine_cosine(const T &x, T &sine, T &cosine) {
   if constexpr (has_sine_cosine<T>)
     math<T>::sine_cosine(x, sine, cosine);
 }
+
+/// Sines and cosines of two angles.  Those of plain numbers are two lanes: one after the other they would take twice the instructions.
+template <class T> KSL_LANES void sines_cosines(const T &x, const T &y, T (&sine)[2], T (&cosine)[2]) {
+  if constexpr (is_number<T>) {
+    pack<T, 16 / static_cast<int>(sizeof(T))> angles(x), s, c;
+    angles.set(1, y);
+    sine_cosine(angles, s, c);
+    sine[0] = s[0], sine[1] = s[1], cosine[0] = c[0], cosine[1] = c[1];
+  } else {
+    sine_cosine(x, sine[0], cosine[0]);
+    sine_cosine(y, sine[1], cosine[1]);
+  }
+}
+
+/// Of one angle, in lanes also if it is a plain number: a pack is turned by quarters in fewer steps.
+template <class T> KSL_LANES void sine_cosine_in_lanes(const T &x, T &sine, T &cosine) {
+  if constexpr (is_number<T>) {
+    T s[2], c[2];
+    sines_cosines(x, x, s, c);
+    sine = s[0], cosine = c[0];
+  } else {
+    sine_cosine(x, sine, cosine);
+  }
+}
+
+/// math<T> with the sine and the cosine above in place of those of the C library.
+template <class T> struct functions_with_own_sines : math<T> {
+  static KSL_LANES T sin(const T &x) {
+    T s, c;
+    sine_cosine(x, s, c);
+    return s;
+  }
+  static KSL_LANES T cos(const T &x) {
+    T s, c;
+    sine_cosine(x, s, c);
+    return c;
+  }
+  /// Of plain numbers both take the sines of x and of its half: where both are called, compilers find that they are the same.
+  static KSL_LANES void sine_with_half(const T &x, T &sine, T &half) {
+    T s[2], c[2];
+    sines_cosines(T(0.5) * x, x, s, c);
+    half = s[0], sine = s[1];
+  }
+  static KSL_LANES void half_sine_cosine(const T &x, T &sine, T &cosine) {
+    if constexpr (is_number<T>) {
+      T s[2], c[2];
+      sines_cosines(T(0.5) * x, x, s, c);
+      sine = s[0], cosine = c[0];
+    } else {
+      sine_cosine(T(0.5) * x, sine, cosine);
+    }
+  }
+};
+/// The algebra with sines whose bits are those of generated code, whatever the C library.
+template <class T> using algebra_with_own_sines = algebra<T, functions_with_own_sines<T>>;
 
 } // namespace KSL_ISA
 } // namespace ksl

@@ -176,7 +176,7 @@ template <int K, class Next, class P> KSL_LANES void take(Next &next, P *to) {
   }
 }
 
-/// The same.  If next has a function look(), it sees them while they are in registers.
+/// Takes the next K columns.  If next has a function look(), it sees them while they are in registers.
 template <int K, class Next, class P> KSL_LANES void take_columns(Next &next, P (&to)[K]) {
   take<K>(next, to);
   if constexpr (requires { next.look(to); })

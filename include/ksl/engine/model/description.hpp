@@ -76,9 +76,9 @@ struct joint_description {
   joint_kind kind = joint_kind::fixed;
   int parent = -1, child = -1; ///< indices into robot_description::links
   SE3<double> placement{};     ///< the joint's frame (the child link's at q = 0) in the parent link's frame
-  vec3<double> axis{0, 0,
-                    0}; ///< unit vector in the joint's frame, for kinds that have one (joint_kind_row); zero: the usual
-                        ///< one of the kind, which is x, but z for planar joints
+  /// unit vector in the joint's frame, for kinds that have one (joint_kind_row); zero: the usual
+  /// one of the kind, which is x, but z for planar joints
+  vec3<double> axis{0, 0, 0};
   vec3<double> axis2{0, 0, 0}; ///< likewise the second axis of universal joints, which must give it; fixed in the child
   optional_number pitch;       ///< m/rad; for kinds that have one (joint_kind_row), which must give it
   optional_number lower, upper;             ///< of its first number, rad or m
@@ -87,9 +87,9 @@ struct joint_description {
   optional_number velocity;                 ///< rad/s or m/s
   double damping = 0;                       ///< of each coordinate, N m s/rad or N s/m
   double friction = 0;                      ///< dry friction of each coordinate, N m or N
-  optional_number
-      friction_width;  ///< of its smooth law (joint_physics.hpp), rad/s or m/s; physics_options has one for all others
-  double armature = 0; ///< inertia that each coordinate feels besides that of the links, kg m² or kg
+  /// of its smooth law (joint_physics.hpp), rad/s or m/s; physics_options has one for all others
+  optional_number friction_width;
+  double armature = 0;         ///< inertia that each coordinate feels besides that of the links, kg m² or kg
   double rotor_inertia = 0;    ///< of the motor's rotor about its own axis, kg m²
   double gear_ratio = 1;       ///< turns of the rotor for each of the joint; rad/m where the joint slides
   double spring_stiffness = 0; ///< N m/rad or N/m; of joints with one coordinate
@@ -112,8 +112,8 @@ struct loop_description {
   std::string name; ///< unlike those of all other joints, of the tree and of loops
   file_position at;
   joint_kind kind = joint_kind::fixed;
-  int predecessor = -1,
-      successor = -1; ///< indices into robot_description::links: the sides that a file calls parent and child
+  /// indices into robot_description::links: the sides that a file calls parent and child
+  int predecessor = -1, successor = -1;
   SE3<double> predecessor_pose{}, successor_pose{}; ///< of the joint's frame on each side, in the link's frame
   vec3<double> axis{0, 0, 0}, axis2{0, 0, 0};       ///< as in joint_description
   optional_number pitch;                            ///< m/rad
@@ -144,10 +144,12 @@ struct force_element_description {
 
 /// How a joint, of the tree or of a loop, gives way under its wrench: what splits reactions that rigid bodies leave open.
 struct joint_compliance {
-  std::string joint;
+  std::string joint; ///< empty: what fixes the root to the ground, whose name depends on those of the robot's joints
   /// (6, 6) by rows, symmetric and positive semidefinite: displacement, m and rad, for a wrench, force first, at the joint's frame on the child's
   /// side, in its axes.  Zero where the joint is rigid.
   std::array<double, 36> matrix{};
+  /// (6, 6) by rows, the same way: Σ u uᵀ over the directions u in which nothing resists, so that no wrench is transmitted along them.
+  std::array<double, 36> loose{};
 };
 
 /// The bounds of number c of the joint's position.

@@ -24,7 +24,7 @@ enum class joint_kind : int {
 /// empty for numbers of quaternions.
 struct position_number { const char *name, *unit; };
 
-/// The same of its velocity, and of its acceleration and effort.  The unit is that of the coordinate: m stands for m/s, m/s² and N,
+/// What tables call a number of its velocity, acceleration and effort.  The unit is that of the coordinate: m stands for m/s, m/s² and N,
 /// rad for rad/s, rad/s² and N m.
 struct velocity_number { const char *velocity, *acceleration, *effort, *unit; };
 

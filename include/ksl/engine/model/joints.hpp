@@ -152,7 +152,7 @@ template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
     by_slower_kind(kind, step);
 }
 
-/// The same with the code of each kind, for steps that general_joint does not know.  Kinds that move alike are distinguished if the kind is
+/// Calls a step with the code of each kind, for steps that general_joint does not know.  Kinds that move alike are distinguished if the kind is
 /// the one that the description gives.
 template <class Step> KSL_LANES void by_every_kind(joint_kind kind, Step step) {
   const auto of = [&]<joint_kind K>() KSL_INLINED {
@@ -171,7 +171,7 @@ template <class Step> KSL_LANES void by_every_kind(joint_kind kind, Step step) {
     of.template operator()<joint_kind::revolute>();
 }
 
-/// The same for any kind that a user may name; step is called with a joint<K>.
+/// Calls a step with any kind that a user may name; step is called with a joint<K>.
 template <class Step> constexpr auto with_joint(joint_kind kind, Step step) {
   switch (kind) {
   case joint_kind::fixed: return step(joint<joint_kind::fixed>());

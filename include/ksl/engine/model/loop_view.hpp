@@ -17,6 +17,13 @@ enum class loop_turns : int {
 };
 
 /// A joint that closes a loop, between two bodies.  Equations of translation come first.
+///
+/// Its lists are parts of arrays of the view, which have those of all joints one after the other:
+///
+///     ground ─ … ─ common ─┬─ … ─ successor     column, pitch, own   [ … | successor's side | predecessor's side | … ]
+///                          └─ … ─ predecessor                            ↑ begin            ↑ middle             ↑ end
+///
+/// from the common body outwards; own_begin is where the last body of the successor's side, it itself, begins.  `through` likewise.
 template <class T> struct closing_joint {
   int predecessor, successor;          ///< bodies
   SE3<T> on_predecessor, on_successor; ///< its frame, in the bodies' canonical frames
@@ -27,18 +34,18 @@ template <class T> struct closing_joint {
   vec3<T> direction[6]; ///< (forces + moments) of the force or moment of each, in its frame on the successor
   int along[6];         ///< which axis of this frame each is, or −1
   int first_row;
-  int columns_begin, columns_middle,
-      columns_end; ///< of those on the successor's side, then on the predecessor's: from the common body outwards
+  /// of those on the successor's side, then on the predecessor's: from the common body outwards
+  int columns_begin, columns_middle, columns_end;
   int own_begin; ///< where the columns begin that move the successor relative to its parent; they end at columns_middle
   int elements_begin, elements_end; ///< in loop_view::element
-  int through_begin, through_middle,
-      through_end; ///< the same of the joints that its wrench passes through, in loop_view::through
-  int mixed;       ///< of a helical joint: which equation has a moment beside its force; −1 for others
-  vec3<T> turn;    ///< this moment
-  vec3<T> across;  ///< a unit vector across the axis
+  /// the same of the joints that its wrench passes through, in loop_view::through
+  int through_begin, through_middle, through_end;
+  int mixed;      ///< of a helical joint: which equation has a moment beside its force; −1 for others
+  vec3<T> turn;   ///< this moment
+  vec3<T> across; ///< a unit vector across the axis
   T pitch;
-  bool
-      has_two_axes; ///< is it universal: the first axis is fixed in the predecessor, and its last moment is about the normal of both
+  /// is it universal: the first axis is fixed in the predecessor, and its last moment is about the normal of both
+  bool has_two_axes;
   vec3<T> axis2;
   T cosine; ///< of the angle between them
 };
@@ -63,8 +70,8 @@ struct loop_pivot {
 /// The pattern of an equation that follows from others: wrenches that balance.  Lists are places in loop_view::list.
 struct loop_pattern {
   int loops_begin, loops_end; ///< whose joints have a wrench in it
-  int earlier_begin,
-      earlier_end; ///< patterns before it that share joints with it, once those before them have been taken off
+  /// patterns before it that share joints with it, once those before them have been taken off
+  int earlier_begin, earlier_end;
   int places_begin, places_end; ///< joints, as of joint_compliance_view, that have a wrench in it then
 };
 
@@ -85,15 +92,15 @@ template <class T> struct loop_view {
   const closing_joint<T> *joint;
   const loop_column *column;
   const T *pitch; ///< of each column, of helical joints
-  const screw<T> *
-      own; ///< of each column that moves a successor relative to its parent: it, about the joint's frame and in its axes
+  /// of each column that moves a successor relative to its parent: it, about the joint's frame and in its axes
+  const screw<T> *own;
   const loop_element<T> *element; ///< those of such columns that differ from zero
   int first_coupling;             ///< the row of the first follower's equation; those of followers are the last rows
   int couplings_begin, couplings_end; ///< in `element`: those of followers' equations
   const loop_pivot *pivot;
   const int *list;
-  int fill_begin,
-      fill_end; ///< in `list`, pairs of a row and a column: elements of K that are zero until elimination fills them
+  /// in `list`, pairs of a row and a column: elements of K that are zero until elimination fills them
+  int fill_begin, fill_end;
   const int *independent; ///< (freedoms) coordinates in v, ascending
   const int *place;       ///< (nv) of a coordinate among the independent ones, or −1 − its step
   const int *redundant;   ///< (rows − pivots) equations

@@ -89,9 +89,9 @@ template <class T> struct model_view {
   const ksl::link<T> *link;
   const T *inertia;                    ///< spatial_inertia of each body with all welded links (body_lanes.hpp)
   const spatial_inertia<T> *augmented; ///< augmented inertia of each body (subtree_inertia.hpp)
-  const T *theta0_sine,
-      *theta0_cosine;          ///< body::theta0 for each number in q that is an angle, 0 and 1 for others; padded as
-                               ///< pose_workspace::sine
+  /// body::theta0 for each number in q that is an angle, 0 and 1 for others; padded as
+  /// pose_workspace::sine
+  const T *theta0_sine, *theta0_cosine;
   const int *tree_row;         ///< (nv + 1) index of the first element of each row in compressed_rows (tree_rows.hpp)
   int first_angle, angles_end; ///< the range of indices in q that contains all joint angles
   const T *lower, *upper;      ///< limits of the numbers in q; infinite where there are none

@@ -13,7 +13,7 @@ template <class T> struct plane_rotation { T sine, cosine; };
 
 inline constexpr plane_rotation<double> no_rotation = {0, 1};
 
-/// The same angle, for the elements of symmetric matrices: products of sine and cosine, and those of twice the angle.
+/// An angle, for the elements of symmetric matrices: products of sine and cosine, and those of twice the angle.
 template <class T> struct tensor_rotation { T cosine_sine, sine_sine, twice_sine, twice_cosine; };
 
 inline namespace KSL_ISA {

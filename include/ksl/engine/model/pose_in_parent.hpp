@@ -48,7 +48,7 @@ KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const po
   }
 }
 
-/// The same with states in lanes, two numbers of q at a time.  Those that are not angles are included, since that costs less than leaving
+/// Rotations with states in lanes, two numbers of q at a time.  Those that are not angles are included, since that costs less than leaving
 /// them out.
 template <class S, class P, class Compute> KSL_LANES void
 rotations_in_pairs(const model_view<S> &model, const pose_workspace<P> &w, const P *q, Compute compute) {
@@ -70,7 +70,7 @@ rotations_in_pairs(const model_view<S> &model, const pose_workspace<P> &w, const
   }
 }
 
-/// The same for plain doubles, with numbers of q in lanes, and two registers at a time.
+/// Rotations for plain doubles, with numbers of q in lanes, and two registers at a time.
 template <class Compute> KSL_LANES void
 rotations_in_pairs(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
   using P = native_pack<double>;

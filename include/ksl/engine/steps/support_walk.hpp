@@ -26,7 +26,7 @@ template <class T, class Compute> KSL_LANES void rotations_of_supports(const mod
   }
 }
 
-/// The same for plain doubles, with joints in lanes.  A register ends with the next angle that isn't computed yet, since the angles of
+/// Rotations for plain doubles, with joints in lanes.  A register ends with the next angle that isn't computed yet, since the angles of
 /// supports descend in q.
 template <class Compute> KSL_LANES void rotations_of_supports(const model_view<double> &model,
                                                               const pose_workspace<double> &w, const double *q,

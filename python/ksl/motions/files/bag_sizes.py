@@ -111,7 +111,7 @@ def check_index(folder: str, bag: Reader2) -> None:
 
 
 def check_messages(folder: str, files: Iterable[Path]) -> None:
-    """The same of messages that are compressed one by one."""
+    """Refuses a bag whose messages, compressed one by one, are too large unpacked."""
     left = limits.MOTION_BYTES
     for path in files:
         if path.suffix != ".db3":

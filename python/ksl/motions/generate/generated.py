@@ -9,7 +9,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.mechanism.calls import Calls
-from ksl.mechanism.freedoms import freedoms
+from ksl.mechanism.freedoms import freedoms_to_drive
 from ksl.mechanism.mechanism import Joint, Mechanism
 from ksl.model.model import Model
 from ksl.mechanism.states import Array
@@ -86,7 +86,7 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
         raise MotionError(f"acceleration {acceleration:g}: expected a positive number, rad/s² or m/s²")
     check_drives(model, "motion")
     lead = leading(model)
-    if model.loops and isinstance(model, Calls) and sum(j.nv for j in lead) > freedoms(model):
+    if model.loops and isinstance(model, Calls) and sum(j.nv for j in lead) > freedoms_to_drive(model):
         lead = held_by(model).joints  # the other drives follow
     joints = tuple(j for j in lead if j.nv == 1)
     if not joints:

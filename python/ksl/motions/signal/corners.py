@@ -82,7 +82,7 @@ class Found:
     """What is not smooth in one curve."""
 
     jumps: Jumps
-    """Those at which a spline is split."""
+    """The jumps at which a spline is split."""
     impossible: list[tuple[int, float, float]] = field(default_factory=list)
     """(order, time, size) of jumps of lower derivatives, which no force can cause: 0 is the position itself, −1 a single sample that is off."""
 

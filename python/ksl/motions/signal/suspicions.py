@@ -41,7 +41,7 @@ def suspicions(model: Mechanism, time: Array, q: Array, v: Array) -> list[str]:
 
 
 def suspicions_of_pose(model: Mechanism, q: Array) -> list[str]:
-    """The same of one pose q (nq), which has no speeds."""
+    """Sentences about units that can't be of one pose q (nq), which has no speeds."""
     joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
     angles = _about_degrees(joints, q[None], "Positions are in rad; on the command line 90deg is an angle in degrees")
     return [x for x in (angles, _about_millimetres(model, joints, q[None], "Positions of slides are in m")) if x is not None]

@@ -15,10 +15,12 @@ import numpy as np
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import RATIO, Bounds, judged
 from ksl.robot_files.assembly import Array, Body, Connection
-from ksl.robot_files.usd.stage import Stage, applied, rotation
+from ksl.robot_files.usd.stage import Prim, Stage, rotation, three
 
 SELECT = ("collection:", "material:binding", "proxyPrim", "physics:filtered", "physics:simulationOwner", "skel:", "light:", "inputs:", "outputs:", "isaac:", "omni:", "physxContactReport:", "physxTrigger:", "physxTendon:")  # fmt: skip
 """Beginnings of names of relationships that choose prims, or report of them, and hold none; tendons pull, and are listed as not used."""
+BODIES = {"physics:body0", "physics:body1"}
+"""What joints connect."""
 GEARS = {
     "PhysxPhysicsGearJoint": (("physics:hinge0", "physics:hinge1"), "physics:gearRatio"),
     "PhysxPhysicsRackAndPinionJoint": (("physics:hinge", "physics:prismatic"), "physics:ratio"),
@@ -45,8 +47,8 @@ def couple(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection], 
     """Makes joints follow others by `numbers["mimic"]`, unless they are to be independent; names of those that do.  Raises DescriptionError for what can't be read."""
     _list_tendons(stage)
     couplings: dict[str, _Coupling] = {}
-    for prim in stage.prims:
-        for c in _of_prim(stage, bodies, found, prim):
+    for prim, relations in stage.related:
+        for c in _of_prim(stage, bodies, found, prim, relations):
             if c.follower in couplings:
                 raise DescriptionError(f"{c.who} couples joint {stage.names[c.follower]}, which {couplings[c.follower].who} couples already; keep one of both")
             couplings[c.follower] = c
@@ -72,25 +74,26 @@ def require_in_tree(connections: list[Connection], loops: list[str]) -> None:
                     )
 
 
-def _of_prim(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection], prim: Any) -> list[_Coupling]:
-    relations = [r for r in prim.GetAuthoredRelationships() if not r.GetName().startswith(SELECT)]
-    if not relations:
-        return []
-    path, type_name = str(prim.GetPath()), str(prim.GetTypeName())
+def _of_prim(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection], prim: Prim, given: list[Any]) -> list[_Coupling]:
+    path, type_name = prim.path, prim.kind.type_name
     of_joint = path in stage.joints and type_name not in GEARS
-    if not of_joint and prim.HasAttribute("physics:jointEnabled") and not prim.GetAttribute("physics:jointEnabled").Get():
+    if of_joint and prim.relations.keys() <= BODIES:
+        return []
+    relations = {name: r for r in given if not (name := r.GetName()).startswith(SELECT)}
+    if not relations or (of_joint and relations.keys() <= BODIES):
+        return []
+    if not of_joint and prim.prim.HasAttribute("physics:jointEnabled") and not prim.prim.GetAttribute("physics:jointEnabled").Get():
         stage.unused.append(f"joint {path} ({type_name}, not enabled)")
         return []
     if type_name in GEARS:
         return [_of_gear(stage, bodies, found, prim, type_name)]
     named = {path} if of_joint or path in stage.bodies else set()
     couplings, unknown = [], []
-    for relation in relations:
-        name = relation.GetName()
-        if name in ("physics:body0", "physics:body1") and of_joint:
+    for name, relation in relations.items():
+        if name in BODIES and of_joint:
             continue
         targets = _named(stage, relation)
-        if name in ("physics:body0", "physics:body1") and targets:
+        if name in BODIES and targets:
             raise DescriptionError(
                 f"prim {path}: connects bodies ({name} is {targets[0]}) as a {type_name or 'prim without a type'}, which KSL has no kind for; give a joint of UsdPhysics, or disable it"
             )
@@ -123,8 +126,8 @@ def _named(stage: Stage, relation: Any) -> list[str]:
     return found
 
 
-def _number(prim: Any, name: str, default: float) -> float:
-    value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+def _number(prim: Prim, name: str, default: float) -> float:
+    value = prim.prim.GetAttribute(name).Get() if prim.prim.HasAttribute(name) else None
     return default if value is None else float(value)
 
 
@@ -133,19 +136,19 @@ def _unit(stage: Stage, found: dict[str, Connection], path: str) -> float:
     return stage.length if path in found and found[path].kind == "prismatic" else math.radians(1.0)
 
 
-def _mimic(stage: Stage, found: dict[str, Connection], prim: Any, name: str, targets: list[str]) -> list[_Coupling] | None:
+def _mimic(stage: Stage, found: dict[str, Connection], prim: Prim, name: str, targets: list[str]) -> list[_Coupling] | None:
     """What a relationship of a mimic schema means; None for other relationships.
 
     Newton: q = coef0 + coef1 × that of the leader.  PhysX: q + gearing × that of the leader + offset = 0.  Both in units of the file, degrees or lengths."""
     instance = name.split(":")[1] if name.startswith("physxMimicJoint:") and name.endswith(":referenceJoint") else ""
     newton = name == "newton:mimicJoint"
-    if not (newton or instance) or ("NewtonMimicAPI" if newton else f"PhysxMimicJointAPI:{instance}") not in applied(prim):
+    if not (newton or instance) or ("NewtonMimicAPI" if newton else f"PhysxMimicJointAPI:{instance}") not in prim.kind.applied:
         return None
-    path = str(prim.GetPath())
+    path = prim.path
     who = f"joint {stage.names[path]}: {'NewtonMimicAPI' if newton else f'PhysxMimicJointAPI:{instance}'}"
     if path not in found:  # it is not enabled, and listed as that
         return []
-    if newton and prim.HasAttribute("newton:mimicEnabled") and not prim.GetAttribute("newton:mimicEnabled").Get():
+    if newton and prim.get("newton:mimicEnabled") is False:
         stage.unused.append(f"{who} (not enabled)")
         return []
     if len(targets) != 1 or targets[0] not in stage.joints or targets[0] == path:
@@ -164,15 +167,15 @@ def _mimic(stage: Stage, found: dict[str, Connection], prim: Any, name: str, tar
     return [_Coupling(path, targets[0], ratio, judged(offset * unit, f"{who}: its offset", OFFSET), who)]
 
 
-def _of_gear(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection], prim: Any, type_name: str) -> _Coupling:
+def _of_gear(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection], prim: Prim, type_name: str) -> _Coupling:
     """Gears, and a pinion with its rack, of PhysX: between joints by which two bodies move on a third one, or on the world.
 
     Gears: ratio × θ₀ + θ₁ = 0.  A rack: θ = ratio × x, with the sign that its place beside the pinion has; degrees for a unit of length."""
-    who, relations, ratio_name = f"joint {prim.GetPath()} ({type_name})", *GEARS[type_name]
+    who, relations, ratio_name = f"joint {prim.path} ({type_name})", *GEARS[type_name]
     ratio = judged(_number(prim, ratio_name, 1.0), f"{who}: its {ratio_name}", RATIO)
     joints, axes, places, others = [], [], [], []
     for k, relation in enumerate(relations):
-        named = {r: _named(stage, prim.GetRelationship(r)) for r in (relation, f"physics:body{k}")}
+        named = {r: _named(stage, prim.prim.GetRelationship(r)) for r in (relation, f"physics:body{k}")}
         if any(len(targets) != 1 for targets in named.values()) or named[relation][0] not in found:
             raise DescriptionError(f"{who}: {relation} and physics:body{k} name no joint that is enabled and a body of it; give both, or remove it")
         joint, body = found[named[relation][0]], list(bodies).index(named[f"physics:body{k}"][0])
@@ -180,10 +183,10 @@ def _of_gear(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]
             raise DescriptionError(
                 f"{who}: {relation} is joint {joint.name}, which is {'a ' + joint.kind + ' joint' if body in (joint.first, joint.second) else f'no joint of physics:body{k}'}; correct it"
             )
-        turn, place = prim.GetAttribute(f"physics:localRot{k}").Get(), prim.GetAttribute(f"physics:localPos{k}").Get()
+        turn, place = (prim.prim.GetAttribute(f"physics:local{what}{k}").Get() for what in ("Rot", "Pos"))
         own = bodies[stage.owner[named[f"physics:body{k}"][0]]].pose
         axis = own[:3, :3] @ rotation(turn)[:, 0]
-        at = _joint_axes(list(bodies.values()), joint, body) @ (np.zeros(3) if joint.axis is None else joint.axis)
+        at = _joint_axes(list(bodies.values()), joint, body) @ np.asarray(joint.axis)
         if abs(float(axis @ at)) < 1 - PARALLEL:
             raise DescriptionError(
                 f"{who}: the x axis of its frame on physics:body{k} isn't that of joint {joint.name}; turn physics:localRot{k} so that it is"
@@ -191,7 +194,7 @@ def _of_gear(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]
         # the angle of the body against the other one, about the axis of the gear
         joints.append((named[relation][0], math.copysign(1.0, float(axis @ at)) * (1.0 if body == joint.second else -1.0)))
         axes.append(axis)
-        places.append(stage.point(stage.bodies[named[f"physics:body{k}"][0]], place or (0, 0, 0)))
+        places.append(stage.point(stage.bodies[named[f"physics:body{k}"][0]], three(place or (0, 0, 0))))
         others.append(joint.first if body == joint.second else joint.second)
     if others[0] != others[1]:
         raise DescriptionError(
@@ -219,8 +222,8 @@ def _joint_axes(bodies: list[Body], joint: Connection, body: int) -> Array:
 def _list_tendons(stage: Stage) -> None:
     """Tendons of PhysX, which pull as springs do: what they are called, and at which joints or bodies."""
     tendons: dict[str, list[str]] = {}
-    for prim in stage.prims:
-        for schema in applied(prim):
+    for prim in stage.tendons:
+        for schema in prim.kind.applied:
             if schema.startswith("PhysxTendon"):
-                tendons.setdefault(schema.partition(":")[2], []).append(prim.GetName())
+                tendons.setdefault(schema.partition(":")[2], []).append(prim.path.rpartition("/")[2])
     stage.unused += [f"tendon {name} (PhysX) at {', '.join(dict.fromkeys(at))}" for name, at in tendons.items()]

@@ -9,11 +9,11 @@ import numpy as np
 
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import MOMENT, Bounds, judged
-from ksl.robot_files.assembly import Array, Body, Connection
+from ksl.robot_files.assembly import AT_REST, Array, Body, Connection, inverse
 from ksl.robot_files.usd.couplings import GEARS
-from ksl.robot_files.usd.stage import Stage, rotation
+from ksl.robot_files.usd.stage import Prim, Stage, other, rotation, three
 
-AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
+AXES = dict(zip("XYZ", np.eye(3), strict=True))
 _KINDS = {"PhysicsFixedJoint": "fixed", "PhysicsRevoluteJoint": "revolute", "PhysicsPrismaticJoint": "prismatic", "PhysicsSphericalJoint": "spherical"}
 NO_SPEED_LIMIT = 1e6
 """deg/s or units/s: PhysX's default, which limits nothing."""
@@ -25,22 +25,20 @@ SPEED, EFFORT = Bounds(0.0, 1e9, "rad/s or m/s", zero=True), Bounds(0.0, 1e15, "
 
 def joints_of(stage: Stage, bodies: dict[str, Body]) -> tuple[dict[str, Connection], list[str]]:
     """{path: connection} of joints that are enabled, and the names of those that have drives.  Raises DescriptionError for joints that KSL has no kind for."""
-    from pxr import UsdPhysics
-
-    numbers, all_bodies = {path: i for i, path in enumerate(bodies)}, list(bodies.values())
+    numbers = {path: i for i, path in enumerate(bodies)}
     found, driven = {}, []
-    for path, prim in stage.joints.items():
+    for path, given in stage.joints.items():
         name = stage.names[path]
-        if str(prim.GetTypeName()) in GEARS:  # where PhysX's schemas are installed
+        if given.kind.type_name in GEARS:  # where PhysX's schemas are installed
             continue
-        if not UsdPhysics.Joint(prim).GetJointEnabledAttr().Get():
+        if not given.get("physics:jointEnabled"):
             stage.unused.append(f"joint {name} (not enabled)")
             continue
-        connection = _connection(stage, prim, name, numbers, all_bodies)
+        connection = _connection(stage, given, name, numbers)
         if connection is None:
             continue
         found[path] = connection
-        if any(schema.startswith("PhysicsDriveAPI") for schema in prim.GetAppliedSchemas()):
+        if any(schema.startswith("PhysicsDriveAPI") for schema in given.kind.schemas):
             driven.append(name)
     return {**_held(stage, bodies, found), **found}, driven
 
@@ -50,55 +48,52 @@ def _held(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]) -
     fixed = {i for c in found.values() if c.kind == "fixed" and None in (c.first, c.second) for i in (c.first, c.second)}
     held = {}
     for i, (path, prim) in enumerate(stage.bodies.items()):
-        if prim.GetAttribute("physics:kinematicEnabled").Get():
+        if prim.get("physics:kinematicEnabled"):
             stage.said.append(f"link {bodies[path].name}: kinematic (physics:kinematicEnabled): a program moves it; KSL holds it where it stands")
             if i not in fixed:
                 held[path] = Connection(f"{bodies[path].name}_kinematic", "fixed", None, i, bodies[path].pose, np.eye(4))
     return held
 
 
-def _connection(stage: Stage, prim: Any, name: str, numbers: dict[str, int], bodies: list[Body]) -> Connection | None:
-    from pxr import UsdPhysics
-
-    kind, freedom = _kind(stage, prim, name)
-    joint = UsdPhysics.Joint(prim)
-    first, at_first = _side(stage, joint.GetBody0Rel(), joint.GetLocalPos0Attr(), joint.GetLocalRot0Attr(), numbers, bodies, name)
-    second, at_second = _side(stage, joint.GetBody1Rel(), joint.GetLocalPos1Attr(), joint.GetLocalRot1Attr(), numbers, bodies, name)
+def _connection(stage: Stage, given: Prim, name: str, numbers: dict[str, int]) -> Connection | None:
+    kind, freedom = _kind(stage, given, name)
+    first, at_first = _side(stage, given, 0, numbers, name)
+    second, at_second = _side(stage, given, 1, numbers, name)
     if not kind:
         return None
     if first == second:
         stage.unused.append(f"joint {name} (both of its sides are the same body, or the world)")
         return None
-    closes = bool(joint.GetExcludeFromArticulationAttr().Get())
-    limits = _numbers(stage, prim, name, kind, freedom) if kind in ("revolute", "prismatic") else {}
+    closes = bool(given.get("physics:excludeFromArticulation"))
+    limits = _numbers(stage, given, name, kind, freedom) if kind in ("revolute", "prismatic") else {}
     if kind == "revolute" and "limits" not in limits:
         kind = "continuous"
     return Connection(name, kind, first, second, at_first, at_second, AXES[freedom[-1]] if freedom else None, limits, closes)
 
 
-def _kind(stage: Stage, prim: Any, name: str) -> tuple[str, str]:
-    """The kind, and its axis as UsdPhysics names a freedom (rotX, transZ), empty for kinds without an axis; no kind where the joint holds nothing."""
-    type_name = str(prim.GetTypeName())
+def _kind(stage: Stage, given: Prim, name: str) -> tuple[str, str]:
+    """The kind, and its axis: X, or the freedom of a joint of six (rotX, transZ); empty for kinds without an axis; no kind where the joint holds nothing."""
+    type_name = given.kind.type_name
     if type_name in _KINDS:
         kind = _KINDS[type_name]
         if kind not in ("revolute", "prismatic"):
             return kind, ""
-        axis = str(prim.GetAttribute("physics:axis").Get())
+        axis = str(given.get("physics:axis"))
         if axis not in AXES:
             raise DescriptionError(f'joint {name}: its physics:axis is "{axis}"; expected X, Y or Z')
-        return kind, ("rot" if kind == "revolute" else "trans") + axis
+        return kind, axis
     if type_name == "PhysicsDistanceJoint":
-        _require_slack(stage, prim, name)
+        _require_slack(stage, given, name)
         stage.unused.append(f"joint {name}: a distance joint, as if its bodies were within its limits")
         return "", ""
     if type_name != "PhysicsJoint":
         raise DescriptionError(f"joint {name}: is a {type_name}, which KSL has no kind for; exclude it, or give a joint of UsdPhysics")
-    return _kind_of_six(stage, prim, name)
+    return _kind_of_six(stage, given, name)
 
 
-def _require_slack(stage: Stage, prim: Any, name: str) -> None:
+def _require_slack(stage: Stage, given: Prim, name: str) -> None:
     """A distance joint without any is a rod, which no machine stays the same without.  Negative distances limit nothing."""
-    least, most = (float(prim.GetAttribute(f"physics:{end}Distance").Get()) for end in ("min", "max"))
+    least, most = (float(given.get(f"physics:{end}Distance")) for end in ("min", "max"))
     if math.isnan(least) or math.isnan(most):
         raise DescriptionError(f"joint {name}: its minDistance or maxDistance is no number; correct it")
     if 0.0 <= most <= max(least, 0.0):
@@ -107,11 +102,11 @@ def _require_slack(stage: Stage, prim: Any, name: str) -> None:
         )
 
 
-def _kind_of_six(stage: Stage, prim: Any, name: str) -> tuple[str, str]:
+def _kind_of_six(stage: Stage, given: Prim, name: str) -> tuple[str, str]:
     """The kind, and the axis, of a joint that limits each of six freedoms: one whose lower limit is above the upper one is locked."""
     free = []
     for freedom in _FREEDOMS:
-        low, high = _bounds(prim, freedom)
+        low, high = _bounds(given, freedom)
         if low is None or high is None or low <= high:
             free.append(freedom)
     turns, slides = [f for f in free if f.startswith("rot")], [f for f in free if f.startswith("trans")]
@@ -125,61 +120,76 @@ def _kind_of_six(stage: Stage, prim: Any, name: str) -> tuple[str, str]:
         raise DescriptionError(
             f"joint {name}: is free in {', '.join(free)}, which no kind of joint is; lock some of them, or give two joints with a body between"
         )
-    limited = [f for f in free if any(x is not None and math.isfinite(x) for x in _bounds(prim, f))]
+    limited = [f for f in free if any(x is not None and math.isfinite(x) for x in _bounds(given, f))]
     if limited and kind not in ("revolute", "prismatic"):
         stage.unused.append(f"limits of joint {name} in {', '.join(limited)}: those of revolute and prismatic joints are read")
     return kind, (turns or slides)[0] if kind in ("revolute", "prismatic", "cylindrical") else ""
 
 
-def _bounds(prim: Any, freedom: str) -> tuple[Any, Any]:
-    low, high = (prim.GetAttribute(f"limit:{freedom}:physics:{end}").Get() for end in ("low", "high"))
+def _bounds(given: Prim, freedom: str) -> tuple[Any, Any]:
+    low, high = (given.get(f"limit:{freedom}:physics:{end}") for end in ("low", "high"))
     return low, high
 
 
-def _side(stage: Stage, relation: Any, position: Any, turn: Any, numbers: dict[str, int], bodies: list[Body], name: str) -> tuple[int | None, Array]:
+def _side(stage: Stage, given: Prim, k: int, numbers: dict[str, int], name: str) -> tuple[int | None, Array]:
     """The body of one side, None for the world, and the joint's frame (4, 4) in it.  Bodies may be named by a prim below them."""
-    targets = relation.GetTargets()
+    prim, body = _target(stage, given, k, name)
+    number, own = (None, stage.root) if body is None else (numbers[body], stage.bodies[body])
+    frame = AT_REST.copy()
+    if (turn := f"physics:localRot{k}") in given.authored:
+        frame[:3, :3] = rotation(given.get(turn)) + 0.0  # no zeros with a sign
+    local = given.get(place) if (place := f"physics:localPos{k}") in given.authored else None
+    at = stage.place(prim)
+    if local is not None:
+        frame[:3, 3] = stage.offset(prim, three(local)) + 0.0
+        if not at.is_plain:
+            frame[:3, 3] = at.pose[:3, :3].T @ frame[:3, 3]
+    return number, frame if prim is own else inverse(stage.place(own).pose) @ at.pose @ frame
+
+
+def _target(stage: Stage, given: Prim, k: int, name: str) -> tuple[Prim, str | None]:
+    """The prim that one side of a joint names, and the path of the body that it belongs to; the root without one, and None for what belongs to the world."""
+    relation_name = f"physics:body{k}"
+    relation = given.relations.get(relation_name)
+    targets = relation.GetTargets() if relation else []
     if len(targets) > 1:
-        raise DescriptionError(f"joint {name}: {relation.GetName()} names {len(targets)} prims; a side of a joint is one body")
-    local, R = position.Get() or (0, 0, 0), rotation(turn.Get())
-    frame = np.eye(4)
+        raise DescriptionError(f"joint {name}: {relation_name} names {len(targets)} prims; a side of a joint is one body")
     if not targets:
         _require_none(relation, name)
-        frame[:3, :3], frame[:3, 3] = R, stage.point(stage.stage.GetPseudoRoot(), local)
-        return None, frame
+        return stage.root, None
     path = targets[0].GetPrimPath()
-    prim = stage.bodies.get(str(path)) or stage.stage.GetPrimAtPath(path)
+    at = str(path)
+    if at in stage.bodies:
+        return stage.bodies[at], at
+    prim = stage.stage.GetPrimAtPath(path)
     if not prim:
-        raise DescriptionError(f"joint {name}: {relation.GetName()} is {targets[0]}, and no such prim is there; correct the path")
+        raise DescriptionError(f"joint {name}: {relation_name} is {targets[0]}, and no such prim is there; correct the path")
     if not (prim.IsActive() and prim.IsDefined()):
-        raise DescriptionError(f"joint {name}: {relation.GetName()} is {targets[0]}, which is not active; activate it, or disable the joint")
-    body = stage.owner.get(str(prim.GetPath()))
-    frame[:3, :3], frame[:3, 3] = stage.pose(prim)[:3, :3] @ R, stage.point(prim, local)
-    if body is None:
-        return None, frame
-    i = numbers[body]
-    back = bodies[i].pose[:3, :3].T
-    frame[:3, :3], frame[:3, 3] = back @ frame[:3, :3], back @ (frame[:3, 3] - bodies[i].pose[:3, 3])
-    return i, frame
+        raise DescriptionError(f"joint {name}: {relation_name} is {targets[0]}, which is not active; activate it, or disable the joint")
+    return other(at, prim), stage.owner.get(at)
 
 
 def _require_none(relation: Any, name: str) -> None:
     """No target means the world, where the file gives none.  One that USD drops, since it leads out of what a reference takes, means a body that is missing."""
-    given = [path for spec in relation.GetPropertyStack() for path in spec.targetPathList.GetAddedOrExplicitItems()] if relation.HasAuthoredTargets() else []
-    if given:
+    named = (
+        [path for spec in relation.GetPropertyStack() for path in spec.targetPathList.GetAddedOrExplicitItems()]
+        if relation and relation.HasAuthoredTargets()
+        else []
+    )
+    if named:
         raise DescriptionError(
-            f"joint {name}: {relation.GetName()} is {given[0]}, which USD can't follow from there; give the file that has that prim, or correct the path"
+            f"joint {name}: {relation.GetName()} is {named[0]}, which USD can't follow from there; give the file that has that prim, or correct the path"
         )
 
 
-def _numbers(stage: Stage, prim: Any, name: str, kind: str, freedom: str) -> dict[str, Any]:
+def _numbers(stage: Stage, given: Prim, name: str, kind: str, freedom: str) -> dict[str, Any]:
     """Limits of UsdPhysics, and what PhysX's attributes say of speed, armature and friction: SI units."""
     turns = kind == "revolute"
     unit, inertia = (math.radians(1.0), stage.mass * stage.length**2) if turns else (stage.length, stage.mass)
     of_effort = stage.mass * stage.length ** (2 if turns else 1)
-    general = prim.GetTypeName() == "PhysicsJoint"
+    general = given.kind.type_name == "PhysicsJoint"
     found: dict[str, Any] = {}
-    bounds = _bounds(prim, freedom) if general else tuple(prim.GetAttribute(f"physics:{end}").Get() for end in ("lowerLimit", "upperLimit"))
+    bounds = _bounds(given, freedom) if general else tuple(given.get(f"physics:{end}") for end in ("lowerLimit", "upperLimit"))
     limits = [None if x is None or math.isinf(x) else judged(float(x) * unit, f"joint {name}: a limit of its position", POSITION) for x in bounds]
     if None not in limits and limits[0] > limits[1]:  # type: ignore[operator]
         stage.said.append(f"joint {name}: its lower limit ({bounds[0]:g}) is above its upper one ({bounds[1]:g}); neither is taken")
@@ -191,15 +201,15 @@ def _numbers(stage: Stage, prim: Any, name: str, kind: str, freedom: str) -> dic
         ("velocity", "physxJoint:maxJointVelocity", unit, SPEED),
         ("armature", "physxJoint:armature", inertia, MOMENT),
     ):
-        value = _positive(prim, theirs)
-        if value is not None and (ours != "velocity" or value < NO_SPEED_LIMIT):
+        value = _positive(given, theirs)
+        if value is not None and not (ours == "velocity" and value >= NO_SPEED_LIMIT):
             found[ours] = judged(value * factor, f"joint {name}: {theirs}", kept)
     return found
 
 
-def _positive(prim: Any, name: str) -> float | None:
+def _positive(given: Prim, name: str) -> float | None:
     """What limits something: 0 and ∞ limit nothing, and so does the largest number that single precision has, or one near it."""
-    value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+    value = given.get(name)
     if value is None or value == 0 or value > 1e30:
         return None
     return float(value)

@@ -20,7 +20,7 @@ from ksl.base.judged import DENSITY, MASS, MOMENT, judged
 from ksl.base.words import listed
 from ksl.robot_files.assembly import Array, Body
 from ksl.robot_files.usd.shapes import Solid, solid_of
-from ksl.robot_files.usd.stage import Stage, applied, rotation, three
+from ksl.robot_files.usd.stage import UNMOVED, Prim, Stage, rotation, three
 
 WATER = 1000.0
 """kg/m³: the density of shapes that nothing gives one for, of UsdPhysics."""
@@ -62,17 +62,19 @@ class MassReader:
         self.materials: dict[str, float] = {}
         """{path of a collider: density of its physics material}, of all colliders of the stage, once the first is asked for."""
         self.bound = False
+        self.at = UNMOVED
+        """Where the body that is read stands."""
         self.left: list[str] = []
         """What simulators are to find of the colliders of the body that is read."""
         self.without_density: list[str] = []
-        """Those of its colliders that have the density of water."""
+        """Colliders of the body to which the density of water is given."""
 
-    def add(self, body: Body, prim: Any) -> None:
+    def add(self, body: Body, prim: Prim) -> None:
         """Mass, centroid and tensor of a body, and what is said of those that are left to a simulator."""
-        own, path = self.given(prim), str(prim.GetPath())
-        self._say_uncounted(body, path)
+        own, self.at = self.given(prim), self.stage.place(prim)
+        self._say_uncounted(body, prim.path)
         open_ = own.mass is None or (own.moments is None and own.tensor is None) or own.centroid is None
-        lump, weighs = self._of_parts(body, path, own) if open_ else (Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False)
+        lump, weighs = self._of_parts(body, prim.path, own) if open_ else (_at_origin(own.mass), False)
         mass, centroid, tensor = lump
         if own.centroid is not None:
             centroid = self._place(body, prim, own.centroid)
@@ -97,12 +99,11 @@ class MassReader:
     def _of_parts(self, body: Body, path: str, own: Given) -> tuple[Lump, bool]:
         """What the colliders of a body weigh together, with the body's own mass where it has one; whether they weigh anything."""
         self.left, self.without_density = [], []
-        lumps = [
-            lump for part in self.stage.parts[path] if (lump := self._part(body, part, own, own if str(part.GetPath()) == path else self.given(part))).mass > 0
-        ]
+        parts = self.stage.parts[path]
+        lumps = [lump for part in parts if (lump := self._part(body, part, own, own if part.path == path else self.given(part))).mass > 0]
         if not lumps:
             self._say_open(body, own)
-            return Lump(own.mass or 0.0, np.zeros(3), np.zeros((3, 3))), False
+            return _at_origin(own.mass), False
         if self.without_density and (own.mass is None or len(self.without_density) < len(lumps)):
             said = f"link {body.name}: neither a mass nor a density of {listed(self.without_density, 6)}; USD's default, {WATER:g} kg/m³, is taken"
             self.stage.said.append(said)
@@ -114,15 +115,16 @@ class MassReader:
         factor = 1.0 if own.mass is None else own.mass / lump.mass
         return Lump(lump.mass * factor, lump.centroid, lump.tensor * factor), True
 
-    def given(self, prim: Any) -> Given:
-        if "PhysicsMassAPI" not in prim.GetAppliedSchemas() and "NewtonMassAPI" not in applied(prim):  # which contains it, where USD doesn't know it, too
+    def given(self, prim: Prim) -> Given:
+        if not prim.authored or (
+            "PhysicsMassAPI" not in prim.kind.schemas and "NewtonMassAPI" not in prim.kind.applied
+        ):  # which contains it, where USD doesn't know it, too
             return Given()
-        stage, who = self.stage, f"prim {prim.GetPath()}: its physics:"
-        authored = prim.GetAuthoredPropertyNames()
+        stage, who, authored = self.stage, f"prim {prim.path}: its physics:", prim.authored
         found = Given(tensor=self._newton_inertia(prim) if "newton:inertia" in authored else None)
 
         def value(name: str) -> Any:
-            return prim.GetAttribute(f"physics:{name}").Get() if f"physics:{name}" in authored else None  # where nothing is authored, USD's value says so
+            return prim.get(f"physics:{name}") if f"physics:{name}" in authored else None  # where nothing is authored, USD's value says so
 
         for name, bounds, unit in (("mass", MASS, stage.mass), ("density", DENSITY, stage.mass / stage.length**3)):
             x = float(value(name) or 0.0)
@@ -142,12 +144,12 @@ class MassReader:
             found.axes = rotation(turn)
         return found
 
-    def _newton_inertia(self, prim: Any) -> Array | None:
+    def _newton_inertia(self, prim: Prim) -> Array | None:
         """The tensor that NewtonMassAPI states, six numbers; None for none, which is its default."""
-        numbers = [float(x) for x in prim.GetAttribute("newton:inertia").Get() or ()]
+        numbers = [float(x) for x in prim.get("newton:inertia") or ()]
         if not numbers:
             return None
-        who = f"prim {prim.GetPath()}: its newton:inertia"
+        who = f"prim {prim.path}: its newton:inertia"
         if len(numbers) != 6:
             raise DescriptionError(f"{who} has {len(numbers)} numbers; expected Ixx, Iyy, Izz, Ixy, Ixz, Iyz; correct it in the file")
         unit = self.stage.mass * self.stage.length**2
@@ -165,31 +167,36 @@ class MassReader:
                 f"link {body.name}: newton:inertia and physics:diagonalInertia differ by {apart:.3g} kg m²; the first counts, as in Newton, and other simulators take the second: make them agree"
             )
 
-    def _place(self, body: Body, prim: Any, local: Any) -> Array:
+    def _place(self, body: Body, prim: Prim, local: list[float]) -> Array:
         """A point of a prim in the frame of its body, m."""
+        if (at := self.stage.place(prim)) is self.at and at.is_plain:
+            return self.stage.offset(prim, local)
         return np.asarray(body.pose[:3, :3].T @ (self.stage.point(prim, local) - body.pose[:3, 3]))
 
-    def _part(self, body: Body, prim: Any, of_body: Given, own: Given) -> Lump:
+    def _part(self, body: Body, prim: Prim, of_body: Given, own: Given) -> Lump:
         """What a collider weighs; nothing where it is neither given nor the volume of a solid."""
         inertia = own.tensor if own is of_body and own.tensor is not None else own.moments
         missing = [what for what, x in (("mass", own.mass), ("centre of mass", own.centroid), ("inertia", inertia)) if x is None]
         if own is not of_body and own.tensor is not None:
             self.stage.said.append(
-                f"link {body.name}: newton:inertia of {prim.GetPath()} doesn't count: it is one of bodies; give the body's, or physics:diagonalInertia"
+                f"link {body.name}: newton:inertia of {prim.path} doesn't count: it is one of bodies; give the body's, or physics:diagonalInertia"
             )
         shell = bool(missing) and is_shell(prim)
-        solid = None if shell else solid_of(self.stage, prim) if missing else NO_SOLID
+        solid = NO_SOLID if not missing else None if shell else solid_of(self.stage, prim)
         if solid is None:
-            self.left.append(f"{prim.GetPath()} ({prim.GetTypeName() or 'no type'}{', a shell' if shell else ''}: {', '.join(missing)})")
+            self.left.append(f"{prim.path} ({prim.kind.type_name or 'no type'}{', a shell' if shell else ''}: {', '.join(missing)})")
             solid = NO_SOLID
-        mass = own.mass if own.mass is not None else solid.volume and self._density(prim, own, of_body) * solid.volume
+        mass = own.mass if own.mass is not None else solid.volume and self._density(prim.path, own, of_body) * solid.volume
         return self._of_part(body, prim, own, mass, solid)
 
-    def _of_part(self, body: Body, prim: Any, own: Given, mass: float, solid: Solid) -> Lump:
+    def _of_part(self, body: Body, prim: Prim, own: Given, mass: float, solid: Solid) -> Lump:
         tensor = np.diag(own.moments) if own.moments is not None else solid.tensor * (mass / solid.volume if solid.volume else 0.0)
         if own.axes is not None:
             tensor = own.axes @ tensor @ own.axes.T
-        X = self.stage.pose(prim)
+        at = self.stage.place(prim)
+        X = at.pose
+        if own.centroid is None and at.is_plain and self.at.is_plain:
+            return Lump(mass, solid.centroid + (X[:3, 3] - body.pose[:3, 3]), tensor + 0.0)
         R = body.pose[:3, :3].T @ X[:3, :3]
         centroid = R @ solid.centroid + body.pose[:3, :3].T @ (X[:3, 3] - body.pose[:3, 3])
         if own.centroid is not None:
@@ -199,26 +206,26 @@ class MassReader:
             centroid = there
         return Lump(mass, centroid, R @ tensor @ R.T)
 
-    def _density(self, prim: Any, own: Given, of_body: Given) -> float:
-        found = own.density or of_body.density or self._material(prim)
+    def _density(self, path: str, own: Given, of_body: Given) -> float:
+        found = own.density or of_body.density or self._material(path)
         if not found:
-            self.without_density.append(str(prim.GetPath()))
+            self.without_density.append(path)
         return found or WATER
 
-    def _material(self, prim: Any) -> float:
+    def _material(self, path: str) -> float:
         """The density of the physics material that is bound to a collider; 0 without one."""
-        from pxr import UsdPhysics, UsdShade
-
         if not self.bound:
+            from pxr import UsdPhysics, UsdShade
+
             self.bound = True
             parts = [part for of_one in self.stage.parts.values() for part in of_one]
-            bound = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(parts, "physics")[0]
+            bound = UsdShade.MaterialBindingAPI.ComputeBoundMaterials([part.prim for part in parts], "physics")[0]
             unit = self.stage.mass / self.stage.length**3
             for part, material in zip(parts, bound, strict=True):
                 if material and material.GetPrim().HasAPI(UsdPhysics.MaterialAPI):
                     density = float(UsdPhysics.MaterialAPI(material.GetPrim()).GetDensityAttr().Get() or 0.0)
-                    self.materials[str(part.GetPath())] = judged(density * unit, f"material {material.GetPath()}: its physics:density", DENSITY)
-        return self.materials.get(str(prim.GetPath()), 0.0)
+                    self.materials[part.path] = judged(density * unit, f"material {material.GetPath()}: its physics:density", DENSITY)
+        return self.materials.get(path, 0.0)
 
     def _say_open(self, body: Body, own: Given) -> None:
         """What neither the body nor a collider of it gives."""
@@ -233,23 +240,29 @@ class MassReader:
 
     def _say_uncounted(self, body: Body, path: str) -> None:
         """Masses of parts that USD doesn't count: PhysicsMassAPI is of bodies and of colliders, and those that are disabled have none."""
-        found = [other for other in self.stage.massive[path] if (given := self.given(self.stage.stage.GetPrimAtPath(other))).mass or given.density]
+        found = [other.path for other in self.stage.massive[path] if (given := self.given(other)).mass or given.density]
         if found:
             self.stage.said.append(
                 f"link {body.name}: the mass of {listed(found, 4)} doesn't count: USD counts those of bodies and of colliders that are enabled; apply PhysicsCollisionAPI to them if it should"
             )
 
 
-def is_shell(prim: Any) -> bool:
+def is_shell(prim: Prim) -> bool:
     """Whether Newton's or MuJoCo's schema says that a collider weighs at its surface, with a thickness that simulators choose."""
-    said = (prim.GetAttribute(name) for name in ("newton:massModel", "mjc:shellinertia"))
-    return any(attribute and attribute.Get() in ("shell", True) for attribute in said)
+    return prim.get("newton:massModel") == "shell" or prim.get("mjc:shellinertia") is True
+
+
+def _at_origin(mass: float | None) -> Lump:
+    return Lump(mass or 0.0, np.zeros(3), np.zeros((3, 3)))
 
 
 def _sum(lumps: list[Lump]) -> Lump:
-    mass = sum(m for m, _, _ in lumps)
-    centroid = np.sum([m * c for m, c, _ in lumps], axis=0) / mass
-    return Lump(mass, centroid, np.sum([I + _shifted(m, c - centroid) for m, c, I in lumps], axis=0))
+    mass = sum(lump.mass for lump in lumps)
+    masses, centroids, tensors = (np.array(x) for x in zip(*lumps, strict=True))
+    centroid = np.sum(masses[:, None] * centroids, axis=0) / mass
+    d = centroids - centroid
+    squares = d[:, None, :] @ d[:, :, None]
+    return Lump(mass, centroid, np.sum(tensors + masses[:, None, None] * (squares * np.eye(3) - d[:, :, None] * d[:, None, :]), axis=0))
 
 
 def _shifted(mass: float, d: Array) -> Array:
@@ -282,6 +295,6 @@ def bodies_of(stage: Stage) -> dict[str, Body]:
     masses = MassReader(stage)
     made = {}
     for path, prim in stage.bodies.items():
-        made[path] = Body(stage.names[path], stage.pose(prim))
+        made[path] = Body(stage.names[path], stage.place(prim).pose)
         masses.add(made[path], prim)
     return made

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from ksl.base.judged import LENGTH, judged
 from ksl.robot_files.assembly import Array
-from ksl.robot_files.usd.stage import Stage
+from ksl.robot_files.usd.stage import Prim, Stage
+
+_SOLIDS = {"Cube": ("size",), "Sphere": ("radius",), "Cylinder": ("radius", "height"), "Cone": ("radius", "height"), "Capsule": ("radius", "height")}
+"""Types of prims that have a volume, and their lengths."""
 
 
 class Solid(NamedTuple):
@@ -21,28 +25,34 @@ class Solid(NamedTuple):
     """About the centroid, of density 1, m⁵."""
 
 
-def solid_of(stage: Stage, prim: Any) -> Solid | None:
+def solid_of(stage: Stage, prim: Prim) -> Solid | None:
     """The solid that a prim is, with its scale; None for meshes and whatever else a simulator fits shapes of its own to.
 
     Scales that differ along the axes make no ellipsoid: as UsdPhysics' own parser, a radius takes the largest of those across the axis."""
-    kind = str(prim.GetTypeName())
-    if kind not in _SOLIDS or stage.sheared(prim):
+    kind = prim.kind.type_name
+    if kind not in _SOLIDS or (at := stage.place(prim)).is_sheared:
         return None
-    scale = stage.scale(prim) * stage.length
+    x, y, z = at.scale
+    lengths = tuple([_length(prim, name) for name in _SOLIDS[kind]])
+    axis = "XYZ".index(str(prim.get("axis"))) if len(lengths) == 2 else 2
+    return _solid(kind, axis, lengths, (x * stage.length, y * stage.length, z * stage.length))
+
+
+@lru_cache(maxsize=256)  # parts of a robot are often alike
+def _solid(kind: str, axis: int, lengths: tuple[float, ...], scale: tuple[float, float, float]) -> Solid:
     if kind == "Cube":
-        return _box(_length(prim, "size") * scale)
+        return _box(lengths[0] * np.array(scale))
     if kind == "Sphere":
-        return _about_axis(_ball(_length(prim, "radius") * float(scale.max())), 2)
-    axis = "XYZ".index(str(prim.GetAttribute("axis").Get()))
-    radius, height = _length(prim, "radius") * float(np.delete(scale, axis).max()), _length(prim, "height") * float(scale[axis])
-    return _about_axis(_SOLIDS[kind](radius, height), axis)
+        return _about_axis(_ball(lengths[0] * max(scale)), axis)
+    radius, height = lengths[0] * max(x for k, x in enumerate(scale) if k != axis), lengths[1] * scale[axis]
+    return _about_axis({"Cylinder": _cylinder, "Cone": _cone, "Capsule": _capsule}[kind](radius, height), axis)
 
 
-def _length(prim: Any, name: str) -> float:
-    x = float(prim.GetAttribute(name).Get())
-    judged(x, f"prim {prim.GetPath()}: its {name}", LENGTH)
+def _length(prim: Prim, name: str) -> float:
+    x = float(prim.get(name))
+    judged(x, f"prim {prim.path}: its {name}", LENGTH)
     if x < 0:
-        raise ValueError(f"prim {prim.GetPath()}: its {name} is {x:g}; expected a positive length; correct it in the file")
+        raise ValueError(f"prim {prim.path}: its {name} is {x:g}; expected a positive length; correct it in the file")
     return x
 
 
@@ -78,9 +88,6 @@ def _capsule(radius: float, height: float) -> _AboutAxis:
     ball, _, _, about_ball = _ball(radius)
     ends = ball * (83 / 320 * radius**2 + (height / 2 + 3 / 8 * radius) ** 2)
     return middle + ball, 0.0, across + ends, about + about_ball
-
-
-_SOLIDS: dict[str, Any] = {"Cube": None, "Sphere": None, "Cylinder": _cylinder, "Cone": _cone, "Capsule": _capsule}
 
 
 def _about_axis(of: _AboutAxis, axis: int) -> Solid:

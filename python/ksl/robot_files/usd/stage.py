@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import LENGTH, LENGTH_UNIT, MASS_UNIT, RATE, SCALE, judged
+from ksl.base.limits import USD_PRIMS
+from ksl.base.words import listed
 from ksl.robot_files.assembly import Array
 from ksl.robot_files.mjcf_frames import matrix
 
@@ -18,6 +20,10 @@ EARTH = 9.81
 """m/s²: USD has the magnitude of the Earth's gravity as -inf, and leaves the number to whoever reads it."""
 TRUE_ANGLES = 1e-5
 """Cosine of the angle between two axes of a prim, from which on they are sheared: single precision leaves less."""
+EXACT = 1e-12
+"""What double precision leaves of products of a rotation's columns."""
+NO_TURN = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+NOTHING: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -35,79 +41,130 @@ class Stage:
     said: list[str] = field(default_factory=list)
     """Warnings."""
     unused: list[str] = field(default_factory=list)
-    prims: list[Any] = field(default_factory=list)
-    """All that are active and defined, those of instances too, parents before children."""
-    bodies: dict[str, Any] = field(default_factory=dict)
+    related: list[tuple[Prim, list[Any]]] = field(default_factory=list)
+    """Prims that are active and defined, those of instances too, parents before children, with the relationships that the file gives them; those that have some."""
+    tendons: list[Prim] = field(default_factory=list)
+    """Prims with schemas of PhysX's tendons."""
+    bodies: dict[str, Prim] = field(default_factory=dict)
     """{path: prim} of rigid bodies that are enabled."""
-    joints: dict[str, Any] = field(default_factory=dict)
-    """The same of joints of UsdPhysics, enabled or not."""
+    joints: dict[str, Prim] = field(default_factory=dict)
+    """{path: prim} of joints of UsdPhysics, enabled or not."""
     names: dict[str, str] = field(default_factory=dict)
     """{path: name} of bodies and joints."""
     owner: dict[str, str] = field(default_factory=dict)
     """{path of a prim at or below a body: path of that body}."""
-    parts: dict[str, list[Any]] = field(default_factory=dict)
+    parts: dict[str, list[Prim]] = field(default_factory=dict)
     """{path of a body: its colliders that are enabled}."""
-    massive: dict[str, list[str]] = field(default_factory=dict)
-    """{path of a body: paths of prims below it that have a mass or a density and are no collider that counts}."""
+    massive: dict[str, list[Prim]] = field(default_factory=dict)
+    """{path of a body: prims below it that have a mass or a density and are no collider that counts}."""
     scenes: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        from pxr import UsdGeom
+        from pxr import Gf, UsdGeom
 
         self.cache = UsdGeom.XformCache()
-        self.matrices: dict[Any, Array] = {}
-        self.poses: dict[Any, Array] = {}
+        self.unmoved = Gf.Matrix4d(1)
+        self.places: dict[str, Place] = {}
+        self.root = other("/", self.stage.GetPseudoRoot())
 
-    def matrix(self, prim: Any) -> Array:
-        """From a prim's space to the world's, (4, 4), in units of the file; columns, where USD has rows."""
-        found = self.matrices.get(prim)
+    def place(self, prim: Prim) -> Place:
+        """Where a prim stands.  Raises OutOfBounds for scales of nothing, or of another world."""
+        found = self.places.get(prim.path)
         if found is None:
-            found = np.array(self.cache.GetLocalToWorldTransform(prim)).T
-            if not np.isfinite(found).all():
-                raise DescriptionError(f"prim {prim.GetPath()}: where it stands is not finite (xformOp); correct it")
-            self.matrices[prim] = found
+            given = self.cache.GetLocalToWorldTransform(prim.prim)
+            self.places[prim.path] = found = UNMOVED if given == self.unmoved else self._placed(prim, given)
         return found
 
-    def pose(self, prim: Any) -> Array:
-        """Rotation and translation (4, 4) of a prim in the world, m, without its scale.  Not to be changed."""
-        made = self.poses.get(prim)
-        if made is None:
-            self.poses[prim] = made = self.matrix(prim).copy()
-            R = made[:3, :3]
-            if not _is_identity(R) and (np.abs(R.T @ R - np.eye(3)).max() > 1e-12 or np.linalg.det(R) < 0):
-                self.scale(prim)
-                made[:3, :3] = np.array(self.cache.GetLocalToWorldTransform(prim).RemoveScaleShear().ExtractRotationMatrix()).T
-            made[:3, 3] *= self.length
-        return made
+    def _placed(self, prim: Prim, given: Any) -> Place:
+        matrix = np.array(given).T
+        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = rows = matrix.tolist()
+        if not math.isfinite(sum(map(sum, rows))):
+            raise DescriptionError(f"prim {prim.path}: where it stands is not finite (xformOp); correct it")
+        pose = matrix.copy()
+        pose[:3, 3] *= self.length
+        squares = a * a + d * d + g * g, b * b + e * e + h * h, c * c + f * f + i * i
+        products = a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i
+        is_right_handed = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0
+        if is_right_handed and max(abs(x - 1.0) for x in squares) <= EXACT and max(map(abs, products)) <= EXACT:
+            return Place(matrix, pose, (1.0, 1.0, 1.0), False, (a, b, c, d, e, f, g, h, i) == NO_TURN)
+        x, y, z = scale = tuple([judged(math.sqrt(x), f"prim {prim.path}: its scale", SCALE) for x in squares])
+        cosine = max(abs(products[0]) / (x * y), abs(products[1]) / (x * z), abs(products[2]) / (y * z))
+        if cosine <= EXACT:  # turned and scaled alone
+            pose[:3, :3] /= scale if is_right_handed else [-x for x in scale]
+        else:
+            pose[:3, :3] = np.array(given.RemoveScaleShear().ExtractRotationMatrix()).T
+        return Place(matrix, pose, scale, cosine > TRUE_ANGLES, False)
 
-    def scale(self, prim: Any) -> Array:
-        """Lengths of a prim's axes (3) in the world.  Raises OutOfBounds for scales of nothing, or of another world."""
-        R = self.matrix(prim)[:3, :3]
-        if _is_identity(R):
-            return np.ones(3)
-        return np.array([judged(float(s), f"prim {prim.GetPath()}: its scale", SCALE) for s in np.sqrt((R * R).sum(axis=0))])
+    def offset(self, prim: Prim, local: list[float]) -> Array:
+        """From the origin of a prim to a point of its space, m, in axes of the world: scales of the prim and its ancestors count."""
+        if not abs(local[0]) + abs(local[1]) + abs(local[2]) <= LENGTH.most / self.length:
+            for x in local:
+                judged(x * self.length, f"prim {prim.path}: a coordinate of a point of it", LENGTH)
+        at = self.place(prim)
+        return np.array(local) * self.length if at.is_plain else at.matrix[:3, :3] @ local * self.length
 
-    def sheared(self, prim: Any) -> bool:
-        """Whether its axes are no right angles apart, so that a cube of it is none."""
-        if _is_identity(self.matrix(prim)[:3, :3]):
-            return False
-        R = self.matrix(prim)[:3, :3] / self.scale(prim)
-        return bool(np.abs(R.T @ R - np.eye(3)).max() > TRUE_ANGLES)
-
-    def point(self, prim: Any, local: Any) -> Array:
-        """A point of a prim's space in the world, m: scales of the prim and its ancestors count."""
-        x = three(local)
-        if not abs(x[0]) + abs(x[1]) + abs(x[2]) <= LENGTH.most / self.length:
-            for c in x:
-                judged(c * self.length, f"prim {prim.GetPath()}: a coordinate of a point of it", LENGTH)
-        M = self.matrix(prim)
-        return (M[:3, :3] @ x + M[:3, 3]) * self.length
+    def point(self, prim: Prim, local: list[float]) -> Array:
+        """A point of a prim's space in the world, m."""
+        return self.place(prim).pose[:3, 3] + self.offset(prim, local)
 
 
-def _is_identity(R: Array) -> bool:
-    """Whether a prim is neither turned nor scaled, as most are."""
-    identity: bool = R.tolist() == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    return identity
+class Place(NamedTuple):
+    """Where a prim stands in the world.  Its arrays are shared, and not to be changed."""
+
+    matrix: Array
+    """(4, 4), in units of the file, with scales; columns, where USD has rows."""
+    pose: Array
+    """(4, 4), m, without scales."""
+    scale: tuple[float, ...]
+    """Lengths of its axes (3) in the world."""
+    is_sheared: bool
+    """Whether its axes are no right angles apart, so that a cube of it is none."""
+    is_plain: bool
+    """Whether it is neither turned nor scaled, as most are."""
+
+
+UNMOVED = Place(np.eye(4), np.eye(4), (1.0, 1.0, 1.0), False, True)
+
+
+class Kind(NamedTuple):
+    """What prims of one type with the same schemas have in common.  USD is asked for it once, and not for each of them."""
+
+    type_name: str
+    applied: tuple[str, ...]
+    """Names of schemas that files apply, known to the installed USD or not."""
+    schemas: frozenset[str]
+    """Names of those that USD knows, and of those that come with them."""
+    is_joint: bool
+    is_scene: bool
+    fallbacks: dict[str, Any]
+    """Values of attributes that a file doesn't give, as far as they were asked for."""
+
+
+class Prim(NamedTuple):
+    """A prim, with what is asked for more than once."""
+
+    path: str
+    prim: Any
+    kind: Kind
+    authored: frozenset[str]
+    """Names of the properties that the file gives."""
+    relations: dict[str, Any]
+    """{name: relationship} that the file gives."""
+
+    def get(self, name: str) -> Any:
+        """The value of an attribute; None where the prim has no such attribute, or it has no value."""
+        if name in self.authored:
+            return self.prim.GetAttribute(name).Get()
+        fallbacks = self.kind.fallbacks
+        if name not in fallbacks:
+            attribute = self.prim.GetAttribute(name)
+            fallbacks[name] = attribute.Get() if attribute else None
+        return fallbacks[name]
+
+
+def other(path: str, prim: Any) -> Prim:
+    """A prim of which nothing is asked but where it stands."""
+    return Prim(path, prim, Kind("", (), NOTHING, False, False, {}), NOTHING, {})
 
 
 def units_of(stage: Any) -> Stage:
@@ -134,31 +191,34 @@ def units_of(stage: Any) -> Stage:
 
 def _find(stage: Stage) -> None:
     """Goes through all prims once, parents first, and notes which are bodies, parts of them, joints and scenes."""
-    from pxr import Usd, UsdPhysics
+    from pxr import Usd
 
-    disabled = []
-    for prim in Usd.PrimRange.Stage(stage.stage, Usd.TraverseInstanceProxies()):
-        stage.prims.append(prim)
-        path = str(prim.GetPath())
-        schemas = prim.GetAppliedSchemas()
-        body = stage.owner.get(path.rpartition("/")[0])
-        if "PhysicsRigidBodyAPI" in schemas:
-            if UsdPhysics.RigidBodyAPI(prim).GetRigidBodyEnabledAttr().Get():
-                stage.bodies[path] = prim
-                stage.parts[path], stage.massive[path] = [], []
-                body = path
-            else:
-                disabled.append(path)
-        if body is not None:
-            stage.owner[path] = body
-            if "PhysicsCollisionAPI" in schemas and UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Get():
-                stage.parts[body].append(prim)
-            elif body != path and "PhysicsMassAPI" in schemas:
-                stage.massive[body].append(path)
-        if prim.IsA(UsdPhysics.Joint):
-            stage.joints[path] = prim
-        elif prim.IsA(UsdPhysics.Scene):
-            stage.scenes.append(prim)
+    disabled, kinds, types = list[str](), dict[tuple[str, ...], Kind](), dict[str, tuple[bool, bool]]()
+    counts, missing = Usd.TraverseInstanceProxies(), _Missing(stage)
+    for number, prim in enumerate(Usd.PrimRange.Stage(stage.stage, Usd.TraverseInstanceProxies(~Usd.PrimIsAbstract)), 1):
+        if number > USD_PRIMS:
+            raise DescriptionError(
+                f"its instances unfold to more than {USD_PRIMS:,} prims, which are the most that are read; give the robot's prims in a file of their own"
+            )
+        if prim.HasVariantSets():
+            missing.say_variants(prim)
+        if not counts(prim):
+            missing.say_undefined(prim)
+            continue
+        key = (prim.GetTypeName(), *prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+        kind = kinds.get(key)
+        if kind is None:
+            kinds[key] = kind = _kind_of(prim, key, types)
+        if kind.is_joint or kind.is_scene or kind.applied:
+            _note(stage, prim, kind, disabled)
+            continue
+        relations = prim.GetAuthoredRelationships()
+        if relations or stage.owner:
+            path = str(prim.GetPath())
+            if relations:
+                stage.related.append((Prim(path, prim, kind, NOTHING, {}), relations))
+            if (body := stage.owner.get(path.rpartition("/")[0])) is not None:
+                stage.owner[path] = body
     stage.unused += [f"rigid body {path} (not enabled)" for path in disabled]
     stage.names = {**short_names(list(stage.bodies)), **short_names(list(stage.joints))}
     if not stage.bodies and disabled:
@@ -169,9 +229,82 @@ def _find(stage: Stage) -> None:
         )
 
 
-def applied(prim: Any) -> list[str]:
-    """Names of schemas that are applied, known to the installed USD or not."""
-    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+def _kind_of(prim: Any, key: tuple[str, ...], types: dict[str, tuple[bool, bool]]) -> Kind:
+    from pxr import UsdPhysics
+
+    type_name, *applied = key
+    if type_name not in types:
+        types[type_name] = prim.IsA(UsdPhysics.Joint), prim.IsA(UsdPhysics.Scene)
+    return Kind(type_name, tuple(applied), frozenset(prim.GetAppliedSchemas()), *types[type_name], {})
+
+
+def _note(stage: Stage, prim: Any, kind: Kind, disabled: list[str]) -> None:
+    """Notes a joint, a scene, or a prim to which schemas are applied."""
+    path = str(prim.GetPath())
+    authored = prim.GetAuthoredPropertyNames()
+    relations = prim.GetAuthoredRelationships() if authored else []
+    known = Prim(path, prim, kind, frozenset(authored), {r.GetName(): r for r in relations})
+    body = stage.owner.get(path.rpartition("/")[0])
+    if relations:
+        stage.related.append((known, relations))
+    if "PhysicsRigidBodyAPI" in kind.schemas:
+        if known.get("physics:rigidBodyEnabled"):
+            stage.bodies[path] = known
+            stage.parts[path], stage.massive[path] = [], []
+            body = path
+        else:
+            disabled.append(path)
+    if body is not None:
+        stage.owner[path] = body
+        if "PhysicsCollisionAPI" in kind.schemas and known.get("physics:collisionEnabled"):
+            stage.parts[body].append(known)
+        elif body != path and "PhysicsMassAPI" in kind.schemas:
+            stage.massive[body].append(known)
+    if kind.is_joint:
+        stage.joints[path] = known
+    elif kind.is_scene:
+        stage.scenes.append(prim)
+    if any(schema.startswith("PhysxTendon") for schema in kind.applied):
+        stage.tendons.append(known)
+
+
+class _Missing:
+    """Says what USD leaves out without a word: variants that aren't there, and physics of prims that nothing defines, as where the path of an `over` has a slip."""
+
+    def __init__(self, stage: Stage) -> None:
+        self.said = stage.said
+        self.seen: set[str] = set()
+        """Prims of prototypes, which are said of the first instance."""
+
+    def say_variants(self, prim: Any) -> None:
+        if self._is_said(prim):
+            return
+        sets = prim.GetVariantSets()
+        for name in sets.GetNames():
+            chosen = sets.GetVariantSelection(name)
+            if chosen and chosen not in (known := sets.GetVariantSet(name).GetVariantNames()):
+                self.said.append(
+                    f"prim {prim.GetPath()}: variant {chosen} is chosen of {name}, which has {listed(known) or 'none'}: what it would add is missing; choose one of them"
+                )
+
+    def say_undefined(self, prim: Any) -> None:
+        from pxr import Sdf
+
+        if prim.IsDefined() or prim.GetSpecifier() != Sdf.SpecifierOver or self._is_said(prim):
+            return
+        if physics := [name for name in (prim.GetTypeName(), *prim.GetAppliedSchemas()) if name.startswith("Physics")]:
+            self.said.append(
+                f"prim {prim.GetPath()}: has {', '.join(physics)}, and nothing defines it (over): USD leaves it out; correct its path, or write def"
+            )
+
+    def _is_said(self, prim: Any) -> bool:
+        if not prim.IsInstanceProxy():
+            return False
+        path = str(prim.GetPrimInPrototype().GetPath())
+        if path in self.seen:
+            return True
+        self.seen.add(path)
+        return False
 
 
 def require_values(stage: Stage) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ksl.base.words import listed
-from ksl.robot_files.usd.stage import Stage, applied
+from ksl.robot_files.usd.stage import Stage
 
 READ = re.compile(
     r"physics:(body[01]|local(Pos|Rot)[01]|axis|(lower|upper)Limit|jointEnabled|excludeFromArticulation|(min|max)Distance|mass|density|centerOfMass|diagonalInertia"
@@ -26,12 +26,15 @@ SHOWN = ("xformOp", "material:", "primvars:", "collection:", "ui:", "isaac:", "o
 def list_unused(stage: Stage) -> None:
     """A line for each attribute that has a value, with the bodies and joints that have it.  Attributes without a namespace are of shapes."""
     found: dict[str, list[str]] = {}
+    known: dict[str, bool] = {}
     for of_kind in (stage.bodies, stage.joints):
         for path, prim in of_kind.items():
-            for name in prim.GetAuthoredPropertyNames():
-                if name == "newton:inertia" and of_kind is stage.bodies and not OF_MASS.isdisjoint(applied(prim)):
+            for name in sorted(prim.authored):
+                if name == "newton:inertia" and of_kind is stage.bodies and not OF_MASS.isdisjoint(prim.kind.applied):
                     continue
-                if ":" in name and not READ.fullmatch(name) and not name.startswith(SHOWN) and _says_something(prim.GetProperty(name)):
+                if name not in known:
+                    known[name] = ":" not in name or READ.fullmatch(name) is not None or name.startswith(SHOWN)
+                if not known[name] and _says_something(prim.prim.GetProperty(name)):
                     found.setdefault(name, []).append(stage.names[path])
     stage.unused += [f"{name} of {listed(names, 6)}" for name, names in found.items()]
 

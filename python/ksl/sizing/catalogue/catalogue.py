@@ -7,6 +7,7 @@ from ksl.sizing.bolt_strength import MODULI, THREADS_IN, TIGHTENING
 from ksl.sizing.catalogue.catalogue_key import Key as Key
 from ksl.sizing.catalogue.catalogue_key import Kind as Kind
 from ksl.sizing.catalogue.catalogue_pins import BUSH, CYLINDER, PIN
+from ksl.sizing.catalogue.catalogue_stiffness import AXIAL, CLASSES, INTERFACE, RADIAL, TILTING, TORSION
 from ksl.sizing.fatigue import BELOW_KNEES, MEAN_STRESSES, RESIDUES
 
 LIFE = (
@@ -35,8 +36,15 @@ BEARING = (
     *DEEP_GROOVE_KEYS,
     CONTACT,
     SAFETY,
+    AXIAL,
+    RADIAL,
 )
-ROW = (Key("position", "m", "where its contact lines meet the joint's axis, from the joint's origin", "0.02", sign="any", needed=True), *RATINGS, SAFETY)
+ROW = (
+    Key("position", "m", "where its contact lines meet the joint's axis, from the joint's origin", "0.02", sign="any", needed=True),
+    *RATINGS,
+    SAFETY,
+    RADIAL,
+)
 
 SIDE = Key(
     "on",
@@ -81,6 +89,7 @@ STRAIN_WAVE = Kind(
         Key("momentary_peak_torque", "N m", "limit for emergencies", "284"),
         Key("max_input_rpm", "r/min", "limit of the input speed, with the lubricant that is used", "5600"),
         Key("max_average_input_rpm", "r/min", "limit of the average input speed", "3500"),
+        *CLASSES,
         LIFE[0],
     ),
 )
@@ -97,6 +106,7 @@ PLANETARY = Kind(
         Key("nominal_input_rpm", "r/min", "n1N, compared with the mean speed", "3000"),
         Key("max_input_rpm", "r/min", "limit of the input speed", "6000"),
         Key("torque_exponent", "", "of the mean torque, as the gear's catalogue has it", "3", default=3.0, largest=100.0),
+        *TORSION,
     ),
 )
 CROSSED_ROLLER = Kind(
@@ -109,6 +119,9 @@ CROSSED_ROLLER = Kind(
         *RATINGS,
         Key("load_factor", "", "fw: 1 to 1.2 smooth, 1.2 to 1.5 normal, 1.5 to 3 with impacts", "1.2", default=1.2),
         Key("required_static_safety", "", "smallest C0/P0 that is accepted", "2", default=2.0),
+        AXIAL,
+        RADIAL,
+        TILTING,
         *LIFE,
     ),
 )
@@ -132,6 +145,7 @@ OPPOSED = Kind(
         CONTACT,
         Key("a", "", "one of the two", "", "table", keys=ROW, needed=True),
         Key("b", "", "the other one", "", "table", keys=ROW, needed=True),
+        AXIAL,
         *LIFE,
     ),
 )
@@ -190,6 +204,7 @@ FLANGE = Kind(
         Key("required_clamp", "N", "clamp force that must be left at each bolt, for a seal for instance", "500", sign="not negative", default=0.0),
         Key("friction", "", "μ_T in the interface", "0.14"),
         Key("interfaces", "", "q_F, that carry the shear load", "1", default=1.0),
+        *INTERFACE,
     ),
 )
 FATIGUE = Kind(

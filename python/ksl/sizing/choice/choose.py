@@ -15,8 +15,8 @@ from ksl.sizing.choice.robot_of_results import cases_of
 from ksl.sizing.choice.selection import Chosen, Selection
 from ksl.sizing.choice.together import best_together
 from ksl.sizing.figures import significant
-from ksl.sizing.figures_of_parts import GEARS, check_joints, check_kind, demands_of, gears_of
-from ksl.sizing.parts import Components
+from ksl.sizing.utilisation.figures_of_parts import GEARS, check_joints, check_kind, demands_of, gears_of
+from ksl.sizing.catalogue.parts import Components
 from ksl.sizing.results import Results
 from ksl.sizing.samples import JointSamples
 
@@ -84,7 +84,7 @@ def _none_holds(judge: Judge, k: int, verdicts: list[Verdict]) -> SizingError:
     else:
         asked = f"at most {significant(1 / request.margin, 3)}" + (f" with the margin {request.margin:g}" if request.margin != 1 else "")
         said = f"the nearest is {nearest.offer.name}, whose {nearest.figure} has the utilisation {significant(nearest.utilisation, 3)}; asked is {asked}"
-    together = best_together(judge) if len(judge.requests) > 1 and nearest.figure else None
+    together = best_together(judge) if nearest.figure else None
     hint = f"; with the masses of another choice these hold together: {' + '.join(together.names)}" if together and together.names else ""
     return SizingError(f"{request.where}: {request.joint}: no {request.kind.name} of {judge.catalogue.file} holds: {said}{hint}")
 

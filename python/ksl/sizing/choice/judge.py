@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from ksl.sizing.choice.loads_with_masses import LoadsWithMasses
 from ksl.sizing.choice.offers import Catalogue, Offer
-from ksl.sizing.figures_of_parts import GEARS, sheet_of
-from ksl.sizing.parts import Part, Request
-from ksl.sizing.sheet import Demands, Sheet
+from ksl.sizing.utilisation.figures_of_parts import GEARS, sheet_of
+from ksl.sizing.catalogue.parts import Part, Request
+from ksl.sizing.utilisation.sheet import Demands, Sheet
 
 SAID = {"peak speed": "speed"}
 """Figures that are called otherwise where entries are compared."""

@@ -17,7 +17,7 @@ from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.reaction_joints import has_drive
 from ksl.mechanism.lengths import extent, far_point
 from ksl.mechanism.states import Array
-from ksl.sizing.parts import Request
+from ksl.sizing.catalogue.parts import Request
 from ksl.sizing.samples import JointSamples
 
 Place = tuple[str, tuple[float, float, float]]

@@ -16,10 +16,10 @@ from ksl.base.toml_lines import toml_lines
 from ksl.sizing.catalogue.catalogue import KINDS
 from ksl.sizing.catalogue.catalogue_key import Key, Kind
 from ksl.sizing.catalogue.catalogue_numbers import as_toml
-from ksl.sizing.choice.requests import NOT_CHOSEN
+from ksl.sizing.catalogue.requests import NOT_CHOSEN
 from ksl.sizing.choice.rows import rows_of_csv, rows_of_workbook, tables_of_rows
-from ksl.sizing.parts import Part, Request
-from ksl.sizing.reader import Reader
+from ksl.sizing.catalogue.parts import Part, Request
+from ksl.sizing.catalogue.reader import Reader
 
 MASS = Key("mass", "kg", "of the part", "0.8", needed=True)
 PRICE = Key("price", "", "in any currency", "260", sign="not negative")

@@ -8,7 +8,7 @@ from typing import Any
 
 from ksl.model.model import Model
 from ksl.sizing.choice.together import Together
-from ksl.sizing.parts import Part
+from ksl.sizing.catalogue.parts import Part
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Chosen:
     price: float | None
     size: str
     utilisation: float
-    """That of its worst figure."""
+    """The utilisation of the entry's worst figure."""
     figure: str
     is_held: bool
     """Whether it holds with the margin: false may be one whose choices go round in circles."""
@@ -35,7 +35,7 @@ class Chosen:
     holds: tuple[str, ...]
     """All entries that hold, in the same order."""
     front: tuple[str, ...]
-    """Those of them of which none is both lighter and less used."""
+    """The entries that hold of which no other is both lighter and less used."""
     link: str | None
     at: tuple[float, float, float]
 

@@ -24,7 +24,7 @@ class Together:
     total: float
     """Its mass, kg, or its price."""
     joint_by_joint: float
-    """That of the choice joint by joint."""
+    """The total of the choice joint by joint."""
     by: str
     tried: int
     complete: bool

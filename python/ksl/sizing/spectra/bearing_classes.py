@@ -79,13 +79,16 @@ def bearing_classes(loads: BearingLoads, classes: int) -> dict[str, Array]:
         raise SizingError(f"classes={classes!r}: expected a whole number, 1 or more")
     if not loads.weight.sum() > 0:
         raise SizingError("the bearing's classes are shares of time, and no case of the cycle lasts any time")
-    found = _reduced(loads, classes)
-    error, needed = _error(loads, found), classes
-    while error > KEPT and needed < MOST:
+    found, needed = _reduced(loads, classes), classes
+    error = _error(loads, found)
+    if error <= KEPT:
+        return found
+    said = f"classes={classes}: they keep the equivalent loads to {error:.1%}, and {KEPT:.0%} is asked for"
+    while needed < MOST:
         needed *= 2
         if _error(loads, _reduced(loads, needed)) <= KEPT:
-            raise SizingError(f"classes={classes}: they keep the equivalent loads to {error:.1%}, and {KEPT:.0%} is asked for; {needed} classes do")
-    return found
+            raise SizingError(f"{said}; {needed} classes do")
+    raise SizingError(f"{said}; {needed} classes don't, give more")
 
 
 def _reduced(loads: BearingLoads, classes: int) -> dict[str, Array]:
@@ -147,14 +150,14 @@ def _row(loads: BearingLoads, group: np.ndarray, lasting: np.ndarray) -> list[fl
 
 def _stretched(loads: BearingLoads, table: Array) -> Array:
     """The classes with their radial, axial and tilting loads x as a x^b, where a and b, near 1, make both equivalent loads those of the samples."""
-    turned = table[:, 0] * np.abs(table[:, -1])
     few = BearingLoads(table[:, 1], table[:, 2:4], table[:, 4:6], table[:, -1], table[:, 0])
+    turned = few.turned
     if not turned.any():
         return table
     balls, rollers = loads.equivalent(BALL), loads.equivalent(ROLLER)
     for x, ball, roller, columns in zip(few.magnitudes, balls, rollers, (slice(2, 4), slice(1, 2), slice(4, 6)), strict=True):
         used = (turned > 0) & (x > 0)
-        if not used.any() or not ball > 0:
+        if not ball > 0:
             continue
         b = _exponent(x[used] / ball, turned[used], roller / ball)
         means = [mean_load((x[used] / ball) ** b, turned[used], np.ones(int(used.sum())), p) for p in (BALL, ROLLER)]

@@ -14,12 +14,12 @@ from ksl.base.extras import require
 from ksl.base.files_read import recorded
 from ksl.mechanism.requests import one_of, three_numbers
 from ksl.mechanism.states import Side
-from ksl.sizing.parts import Components
-from ksl.sizing.given import components_given, for_cases, joints_given, points_given, results_given
-from ksl.sizing.provenance import made_of
+from ksl.sizing.catalogue.parts import Components
+from ksl.sizing.catalogue.given import components_given, for_cases, joints_given, points_given, results_given
+from ksl.sizing.catalogue.provenance import made_of
 from ksl.sizing.results import Results
 from ksl.sizing.samples import Spectrum
-from ksl.sizing.sheet import PLACED
+from ksl.sizing.utilisation.sheet import PLACED
 from ksl.sizing.spectra.classes import edges_given
 from ksl.sizing.spectra.spectra import Spectra, torque_of
 from ksl.sizing.spectra.spectra_of_joints import SpectraOfJoints

@@ -25,8 +25,8 @@ inline namespace KSL_ISA {
 
 template <class T> struct inverse_dynamics_gradient_workspace {
   pose_workspace<T> pose;
-  per_body<screw, T> twist, acceleration,
-      virtual_twist; ///< V, A and W of each body, in its frame; A is the spatial one, minus gravity
+  /// V, A and W of each body, in its frame; A is the spatial one, minus gravity
+  per_body<screw, T> twist, acceleration, virtual_twist;
   per_body<coscrew, T> wrench, momentum, change; ///< F, P and Q
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {

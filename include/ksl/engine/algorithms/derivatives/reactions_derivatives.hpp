@@ -21,8 +21,8 @@ inline namespace KSL_ISA {
 
 template <class T> struct reactions_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
-  array_of<subtree_dynamics<T>>
-      link; ///< dynamics of each link and all that it carries; used if a fixed joint is asked for
+  /// dynamics of each link and all that it carries; used if a fixed joint is asked for
+  array_of<subtree_dynamics<T>> link;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
@@ -140,7 +140,7 @@ template <class T> struct reaction_rows_of_joint {
         put<T>(k, 1, step.template operator()<T>(k));
     }
   }
-  /// The same for the derivatives by q only.
+  /// The calls of `set` for the derivatives by q alone.
   template <class Step> KSL_LANES void set_by_q(int first, int end, Step step) const {
     if constexpr (is_number<T>) {
       for (int k = first; k < end; k += native_lanes<T>)
@@ -313,7 +313,7 @@ void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model,
                [&]<class P>(const wrench_by<P> &by) KSL_INLINED { return expressed(in_all_lanes<P, SE3>(frame), by); });
 }
 
-/// The same for a part of the wrench.  The derivatives of the whole wrench are set in the frame of body i, in which the joint's motion
+/// set_reaction for a part of the wrench.  The derivatives of the whole wrench are set in the frame of body i, in which the joint's motion
 /// subspace is constant, then split, and then expressed in the requested frame.  Returns the part itself.
 template <class T>
 coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
@@ -466,7 +466,7 @@ void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactio
     add_relative_motion(model, w.wrenches, request, link, f, out);
 }
 
-/// The same for the usual request, the whole wrench through a moving joint in the joint's own frame.  `clear` says whether zeros are
+/// set_reaction for the usual request, the whole wrench through a moving joint in the joint's own frame.  `clear` says whether zeros are
 /// written, too.
 template <class T>
 KSL_LANES void set_whole_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,

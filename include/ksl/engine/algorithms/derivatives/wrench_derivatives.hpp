@@ -47,9 +47,9 @@ template <class T> struct wrench_derivative {
 inline namespace KSL_ISA {
 
 template <class T> struct wrench_derivatives_workspace : coordinate_motions_workspace<T> {
-  per_coordinate<subtree_dynamics, T>
-      subtree; ///< at first of each body, at its joint's last coordinate; then of its subtree, at
-               ///< all coordinates of its joint
+  /// at first of each body, at its joint's last coordinate; then of its subtree, at
+  /// all coordinates of its joint
+  per_coordinate<subtree_dynamics, T> subtree;
   per_coordinate<wrench_derivative, T> derivative;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -228,7 +228,7 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
   }
 }
 
-/// The same with gravity: the ground accelerates upwards.
+/// The motions with gravity: the ground accelerates upwards.
 template <class T>
 KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                const T *q, const T *v, const T *a, const external_wrenches<T> &external) {

@@ -108,7 +108,7 @@ void accelerate_joints(const model_view<scalar_of<T>> &model, const forward_dyna
   }
 }
 
-/// The same for two states, or blocks of them, body by body: in this pass each operation waits for the one before it.
+/// accelerate_joints for two states, or blocks of them, body by body: in this pass each operation waits for the one before it.
 template <class T>
 void accelerate_joints_of_two(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w1, T *dv1,
                               const forward_dynamics_workspace<T> &w2, T *dv2) {

@@ -79,7 +79,7 @@ KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose
   return part == wrench_part::constraint ? constraint : actuation;
 }
 
-/// The same for the wrench through the joint that carries a link.  Through a fixed joint all of it is constraint.
+/// The part of the wrench through the joint that carries a link.  Through a fixed joint all of it is constraint.
 template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
                                              const link<scalar_of<T>> &l, wrench_part part, const coscrew<T> &f) {
   const body<scalar_of<T>> &b = model.body[l.body];

@@ -147,6 +147,8 @@ KSL_LANES void pass_body(const loop_view<scalar_of<T>> &loops, const closing_joi
                          screw<T> &X, screw<T> &Y) {
   using S = scalar_of<T>;
   const T sign(S(own ? -1 : 1));
+  // X and Y end before a body's coordinates on the side of s, and behind them on that of p: coordinates of one body move each other as it does.
+  // U_c = V_s − V_c = W less what lies on the way from p to the body c.
   const screw<T> X_before = X, Y_before = Y;
   const auto coordinate = [&](int c) KSL_INLINED { return loops.column[joint.columns_begin + c].v; };
   for (int c = begin; c < end; ++c)
@@ -190,6 +192,7 @@ KSL_LANES screw<T> vary_along(const model_view<scalar_of<T>> &model, const close
     at[c].J = column_of_loop(loops, w.dynamics.equations, joint.columns_begin + c, w.dynamics.equations.joint[loop].t);
   const screw<T> W = w.dynamics.equations.twist[loop];
   screw<T> X = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}, Y = X;
+  // from p to s: its columns from the outermost to the common body, then those of s outwards
   for (int end = n; end > middle;) {
     const int begin = begin_of_body(loops, joint, end - 1, middle);
     pass_body(loops, joint, at, W, begin, end, true, v, a, X, Y);
@@ -271,13 +274,15 @@ KSL_LANES varied_normal<T> normal_of(const model_view<scalar_of<T>> &model, cons
 /// What a coordinate changes in an equation: in K v by q, and in K a + K̇ v by q and by v.
 template <class T> struct varied_rates { T velocity, acceleration, by_v; };
 
-/// The same of a universal joint's last equation.
+/// What a coordinate changes in a universal joint's last equation.
 template <class T>
 KSL_LANES varied_rates<T> vary_normal(const varied_normal<T> &n, const vec3<T> &turning, const vec3<T> &W,
                                       const vec3<T> &rate, const vec3<T> &dW, const vec3<T> &dRate,
                                       const vec3<T> &by_v) {
   using A = algebra<T>;
   vec3<T> du1, dN, x, y, dN_rate;
+  // d(N · W) = dN · W + N · dW, dN = (u₁ × θ) × u₂; its rate N · Ẇ + Ṅ · W likewise, Ṅ = (u₁ × ω) × u₂.  1 / |N| stays: what it
+  // multiplies is zero where the equation holds.
   A::cross_vv(&n.first, &turning, &du1);
   A::cross_vv(&du1, &n.second, &dN);
   A::cross_vv(&du1, &W, &x);
@@ -299,6 +304,7 @@ KSL_LANES void vary_wrench(const loop_view<scalar_of<T>> &loops, const closed_de
   const screw<T> J = at[k].J;
   const int n = joint.columns_end - joint.columns_begin, middle = joint.columns_middle - joint.columns_begin,
             begin = begin_of_body(loops, joint, k, k < middle ? 0 : middle);
+  // f · dJ_c = f · (J_c × J_k) = (J_k ×* f) · J_c: one wrench for all columns that coordinate k moves as s sees them, with the sign of p_ck
   coscrew<T> turned;
   vec3<T> moment;
   A::cross_vv(&J.ang, &f.lin, &turned.lin);
@@ -317,7 +323,7 @@ KSL_LANES void vary_wrench(const loop_view<scalar_of<T>> &loops, const closed_de
     subtract(c, turned);
 }
 
-/// The same of a universal joint's normal, which has the multiplier `lambda`.
+/// Subtracts what it changes by turning a universal joint's normal, which has the multiplier `lambda`.
 template <class T>
 KSL_LANES void vary_turned_normal(const loop_view<scalar_of<T>> &loops, const closed_derivatives_workspace<T> &w,
                                   const closing_joint<scalar_of<T>> &joint, const varied_normal<T> &normal,
@@ -355,6 +361,7 @@ KSL_LANES void vary_loop(const model_view<scalar_of<T>> &model, const closed_der
   for (int k = 0; k < n; ++k) {
     const varied_column<T> &by = w.column[k];
     const T sign(S(k < middle ? 1 : -1));
+    // (3): dW = σ X × J, dẆ = σ (Y × J − X × ((W − X) × J)); by v: d(K̇ v) = σ (J × U + X × J)
     const screw<T> seen = twist_product(by.X, by.J), moved = twist_product(by.Y, by.J);
     screw<T> rest = W, dW = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}}, dRate = dW, by_v = dW;
     add_scaled(T(S(-1)), by.X, rest);
@@ -407,6 +414,7 @@ template <class T> KSL_LANES void follow(const loop_view<scalar_of<T>> &loops, c
                                          int nv, T *right, T *out) {
   const int width = w.width;
   const loop_equations_workspace<T> &equations = w.dynamics.equations;
+  // K = L U by the plan: L y = right from the first step on, then U out = y from the last, whose row has later steps alone
   clear(out, nv * width);
   for (int k = 0; k < loops.pivots; ++k) {
     const loop_pivot &p = loops.pivot[k];
@@ -450,6 +458,8 @@ void vary_closed(const model_view<scalar_of<T>> &model, const closed_derivatives
   add_rates_by_v(loops, w);
   follow(loops, w, nv, &w.by_position[0], &w.a_by_q[0]);
   follow(loops, w, nv, &w.by_velocity[0], &w.a_by_v[0]);
+  // before Gᵀ, where vary_loop has subtracted ∂(Kᵀ λ)/∂q G:
+  //     of_q += ∂b/∂q G + ∂b/∂v dv/dq_i + M da/dq_i,   of_v += ∂b/∂v G + M da/dv_i,   of_a += M G
   for_tree_elements(model, [&](int row, int column) KSL_INLINED {
     const int element = row * nv + column, to = row * width, from = column * width;
     const T by_v = w.by_v[element], M = w.M[element];
@@ -461,6 +471,11 @@ void vary_closed(const model_view<scalar_of<T>> &model, const closed_derivatives
     if (by_a)
       add_row(M, &w.G[from], &w.of_a[to], width);
   });
+}
+
+/// NaN where a result of the state is none, else 0: by a comparison, since a scalar that records leaves products with 0 out.
+template <class T> KSL_LANES T fault_of(const T &result) {
+  return fault_beyond(result, T(of_precision<scalar_of<T>>(__DBL_MAX__, static_cast<double>(__FLT_MAX__))));
 }
 
 /// Derivatives of the efforts of drives, which are the independent coordinates: (nv, freedoms) each, row-major without gaps; zeros at the other
@@ -479,7 +494,7 @@ KSL_LANES void vary_efforts(const model_view<scalar_of<T>> &model, const closed_
   elements_of_inverse_dynamics_derivatives(with_known_sines(model), w.tree, q, v, a, external, &w.by_q[0], &w.by_v[0],
                                            &w.M[0]);
   vary_closed(model, w, v, a, true);
-  const T fault = w.efforts[0] * T(S(0));
+  const T fault = fault_of(w.efforts[0]);
   const T *const found[] = {&w.of_q[0], &w.of_v[0], &w.of_a[0]};
   T *const out[] = {dtau_dq, dtau_dv, dtau_da};
   for (int kind = 0; kind < 3; ++kind) {
@@ -511,6 +526,7 @@ template <class T> struct closed_forward_dynamics_derivatives_workspace {
 
 /// x ← (Gᵀ M G)⁻¹ x, x (f, width) padded, by the factors that closed_forward_dynamics has left.
 template <class T> KSL_LANES void solve_rows(const T *H, int f, T *x, int width) {
+  // H has L below its diagonal and D on it: L y = x, then Lᵀ x = D⁻¹ y
   for (int i = 0; i < f; ++i)
     for (int j = 0; j < i; ++j)
       add_row(-H[i * f + j], x + j * width, x + i * width, width);
@@ -553,7 +569,7 @@ KSL_LANES void vary_accelerations(const model_view<scalar_of<T>> &model,
                                            &by.by_v[0], &by.M[0]);
   multipliers_at(model, w, tau);
   vary_closed(model, by, v, &w.a[0], false);
-  const T fault = w.a[0] * T(S(0));
+  const T fault = fault_of(w.a[0]);
   const T *const efforts[] = {&by.of_q[0], &by.of_v[0]};
   const T *const motion[] = {&by.a_by_q[0], &by.a_by_v[0]};
   T *const out[] = {da_dq, da_dv};
@@ -579,7 +595,8 @@ KSL_LANES void vary_accelerations(const model_view<scalar_of<T>> &model,
 }
 
 /// Single precision is computed in double precision: nobody asks for its kernels, which say that they fit no state.
-template <class T> inline constexpr bool has_closed_derivatives = sizeof(scalar_of<T>) >= sizeof(double);
+template <class T>
+inline constexpr bool has_closed_derivatives = !is_number<scalar_of<T>> || sizeof(scalar_of<T>) >= sizeof(double);
 
 /// The derivatives of vary_efforts.
 template <class T>

@@ -133,6 +133,26 @@ KSL_LANES T share_efforts(const loop_view<scalar_of<T>> &loops, const closed_inv
   return fault;
 }
 
+/// Sets efforts at coordinates of idle bodies, drives whose scale is negative, to zero.  A fault where they are more than rounding beside those
+/// of the tree (nv): no drive has power along the motion of such a body.
+template <class T> KSL_LANES void leave_idle_bodies(const model_view<scalar_of<T>> &model, const T *tree, T *tau,
+                                                    T &fault) {
+  using S = scalar_of<T>;
+  const loop_view<S> &loops = *model.loops;
+  T largest(S(0));
+  for (int d = 0; d < loops.drives; ++d) {
+    const int v = loops.drive[d];
+    if (loops.drive_scale[d] > S(0))
+      continue;
+    for (int i = 0; i < model.nv; ++i) {
+      const T force = math<T>::fabs(tree[i]) * T(loops.column_scale[i]);
+      largest = math<T>::select(force > largest, force, largest);
+    }
+    fault = fault + fault_beyond(tau[v], largest * T(loops.tolerance / loops.column_scale[v]));
+    tau[v] = T(S(0));
+  }
+}
+
 /// Accelerations at which the independent coordinates have none, after solve_by_plan.
 template <class T>
 KSL_LANES void steady_accelerations(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w, T *a) {
@@ -178,7 +198,8 @@ void closed_inverse_dynamics(const model_view<scalar_of<T>> &model, const closed
   project_efforts(model, w, tree);
   solve_by_plan(model, w.equations);
   T *const wanted = &w.projected[loops.pivots];
-  const T fault = share_efforts(loops, w, wanted, tau);
+  T fault = share_efforts(loops, w, wanted, tau);
+  leave_idle_bodies(model, whole, tau, fault);
   for (int i = 0; i < model.nv; ++i)
     whole[i] = whole[i] - tau[i], tau[i] = tau[i] + fault;
   for (int d = 0; d < loops.drives; ++d)
@@ -192,8 +213,8 @@ template <class T> struct closed_forward_dynamics_workspace {
   mass_matrix_workspace<T> mass;
   tree_rows<T> rows;
   array_of<T> a0, tree, MG, H, r;
-  array_of<T>
-      whole; ///< what freedoms' inertias are made of: the sum of the inertias of coordinates, times G², before they cancel
+  /// what freedoms' inertias are made of: the sum of the inertias of coordinates, times G², before they cancel
+  array_of<T> whole;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     const int f = model.loops ? model.loops->freedoms : 0;

@@ -15,8 +15,8 @@ template <class T> struct closed_inverse_dynamics_with_reactions_workspace {
   closed_inverse_dynamics_workspace<T> closed;
   array_of<SE3<T>> in_world;
   array_of<coscrew<T>> link_wrench;
-  array_of<coscrew<T>>
-      of_loop; ///< the wrench of each loop's joint on its successor, at its frame there and in its axes
+  /// the wrench of each loop's joint on its successor, at its frame there and in its axes
+  array_of<coscrew<T>> of_loop;
   /// Wrenches through all joints that are crossed, then those of loops: of the motion, and of each redundant equation.
   array_of<coscrew<T>> balanced;
   array_of<T> inverse_square; ///< of each pattern

@@ -192,7 +192,7 @@ KSL_LANES vec3<T> direction_of(const closing_joint<scalar_of<T>> &joint, const v
   return joint.has_two_axes && i == joint.forces ? normal : spread<T>(joint.direction[i]);
 }
 
-/// The same direction where the frame has axes R.
+/// The direction of equation i, where the frame has axes R.
 template <class T>
 KSL_LANES vec3<T> direction_along(const closing_joint<scalar_of<T>> &joint, const mat3x3<T> &R, const vec3<T> &normal,
                                   int i) {
@@ -256,7 +256,7 @@ KSL_LANES void add_columns(const loop_view<scalar_of<T>> &loops, loop_equations_
   }
 }
 
-/// The same of the successor's own columns: their motion about the joint's frame, in world axes.
+/// What the successor's own columns add: their motion about the joint's frame, in world axes.
 template <class T>
 KSL_LANES screw<T> own_motion(const loop_view<scalar_of<T>> &loops, const loop_equations_workspace<T> &w,
                               const closing_joint<scalar_of<T>> &joint, const T *v, T &moved) {

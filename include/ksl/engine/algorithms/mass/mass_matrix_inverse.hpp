@@ -94,7 +94,7 @@ KSL_LANES void set_inverse_elements(const factor_workspace<T> &w, index place, i
     W[row * n + k + c] = W[(k + c) * n + row] = sum[c];
 }
 
-/// The same for other scalars, in a matrix without gaps.
+/// The inverse for other scalars, in a matrix without gaps.
 template <class T> void invert_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, T *W) {
   const index n = model.nv;
   index first = 0;

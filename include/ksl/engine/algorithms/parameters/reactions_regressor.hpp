@@ -45,7 +45,7 @@ KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspa
   return part == wrench_part::constraint ? held : driven;
 }
 
-/// The same for the wrench through the joint that carries a link, with twists of the link's frame in its axes.  A fixed joint has
+/// The part of a wrench through the joint that carries a link, with twists of the link's frame in its axes.  A fixed joint has
 /// neither actuation nor coupling.
 template <class T>
 inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,

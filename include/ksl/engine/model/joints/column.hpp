@@ -52,7 +52,7 @@ template <bool turns, bool slides, class T> struct joint_column {
       algebra<T>::axpy_vv(turns ? pitch * x : x, &z, &a.lin);
   }
 
-  /// The same; `origin` is r.
+  /// S about a point; `origin` is r.
   KSL_LANES screw<T> about(const vec3<T> &origin) const {
     using A = algebra<T>;
     const T zero = T(0);

@@ -34,7 +34,7 @@ template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 
   template <class T> static void integrate(const T *q, const T *dv, T *out) {
     SE3<T> step;
     const screw<T> s = {{dv[0], dv[1], dv[2]}, {dv[3], dv[4], dv[5]}};
-    algebra<T>::SE3_exp(&s, &step);
+    algebra_with_own_sines<T>::SE3_exp(&s, &step);
     const mat3x3<T> R = rotation_of(q + quaternion);
     algebra<T>::product_drv(&R, &step.t, &step.t);
     out[0] = q[0] + step.t.x, out[1] = q[1] + step.t.y, out[2] = q[2] + step.t.z;
@@ -46,7 +46,7 @@ template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 
     SE3<T> D = {rotation_of(q1 + quaternion), {q1[0], q1[1], q1[2]}};
     screw<T> s;
     algebra<T>::product_dinvd(&D0, &D, &D);
-    algebra<T>::SE3_log(&D, &s);
+    algebra_with_own_sines<T>::SE3_log(&D, &s);
     dv[0] = s.lin.x, dv[1] = s.lin.y, dv[2] = s.lin.z;
     dv[3] = s.ang.x, dv[4] = s.ang.y, dv[5] = s.ang.z;
   }

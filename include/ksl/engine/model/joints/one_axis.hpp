@@ -90,7 +90,7 @@ template <bool turns, bool slides> struct one_axis_joint {
     }
   }
 
-  /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
+  /// Adds the motion without joint acceleration, in the axes of the base, to which `rotation` leads.
   template <class T>
   static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i,
                                           const T *v, body_motion<T> &m) {

@@ -33,26 +33,30 @@ template <> struct joint<joint_kind::planar> : several_axes_joint<0, 1, 5> {
 
   /// Moves by the exponential of the constant twist dv: along an arc.
   template <class T> static void integrate(const T *q, const T *dv, T *out) {
-    SE3<T> step, D = pose_at(q);
+    T sine, cosine;
+    sine_cosine_in_lanes(q[2], sine, cosine);
+    SE3<T> step, D = pose_at(q, sine, cosine);
     const screw<T> s = {{dv[0], dv[1], T(0)}, {T(0), T(0), dv[2]}};
     const T turned = q[2] + dv[2];
-    algebra<T>::SE3_exp(&s, &step);
+    algebra_with_own_sines<T>::SE3_exp(&s, &step);
     algebra<T>::product_dv(&D, &step.t, &step.t);
     out[0] = step.t.x, out[1] = step.t.y, out[2] = turned;
   }
   /// The twist whose exponential leads from q0 to q1, by the smallest rotation, between −π and π.
   template <class T> static void difference(const T *q0, const T *q1, T *dv) {
-    const SE3<T> D0 = pose_at(q0);
-    SE3<T> D = pose_at(q1);
+    T sine[2], cosine[2];
+    sines_cosines(q0[2], q1[2], sine, cosine);
+    const SE3<T> D0 = pose_at(q0, sine[0], cosine[0]);
+    SE3<T> D = pose_at(q1, sine[1], cosine[1]);
     screw<T> s;
     algebra<T>::product_dinvd(&D0, &D, &D);
-    algebra<T>::SE3_log(&D, &s);
+    algebra_with_own_sines<T>::SE3_log(&D, &s);
     dv[0] = s.lin.x, dv[1] = s.lin.y, dv[2] = s.ang.z;
   }
 
 private:
-  template <class T> static SE3<T> pose_at(const T *q) {
-    const T s = math<T>::sin(q[2]), c = math<T>::cos(q[2]), o = T(0), l = T(1);
+  template <class T> static SE3<T> pose_at(const T *q, const T &s, const T &c) {
+    const T o = T(0), l = T(1);
     return {{c, s, o, -s, c, o, o, o, l}, {q[0], q[1], o}};
   }
 };

@@ -1,7 +1,7 @@
 // KSL: quaternions [x y z w] as the orientation of joints.
 #pragma once
 
-#include "ksl/algebra.hpp"
+#include "ksl/engine/lanes/sine_cosine.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
@@ -16,8 +16,8 @@ template <class T> inline mat3x3<T> rotation_of(const T q[4]) {
 }
 
 /// out = q exp(w/2), of unit length: the orientation after unit time at the angular velocity w, in the body's axes.
-template <class T> inline void integrate_quaternion(const T *q, const vec3<T> &w, T *out) {
-  using A = algebra<T>;
+template <class T> KSL_LANES void integrate_quaternion(const T *q, const vec3<T> &w, T *out) {
+  using A = algebra_with_own_sines<T>;
   quaternion<T> p = {q[0], q[1], q[2], q[3]}, step;
   A::quaternion_exp(&w, &step);
   A::product_qq(&p, &step, &p);

@@ -17,8 +17,9 @@ template <> struct joint<joint_kind::continuous> : joint<joint_kind::revolute> {
 
   /// By the smallest rotation, between −π and π.
   template <class T> static void difference(const T *q0, const T *q1, T *dv) {
-    const T d = q1[0] - q0[0];
-    dv[0] = math<T>::atan2(math<T>::sin(d), math<T>::cos(d));
+    T s, c;
+    sine_cosine(q1[0] - q0[0], s, c);
+    dv[0] = math<T>::atan2(s, c);
   }
 };
 

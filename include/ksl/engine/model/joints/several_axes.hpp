@@ -79,7 +79,7 @@ template <int... coordinates> struct several_axes_joint {
     add_relative_motion(to_vectors<screw>(v), to_vectors<screw>(dv), slides, turns, m);
   }
 
-  /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
+  /// Adds the motion without joint acceleration, in the axes of the base, to which `rotation` leads.
   template <class T>
   static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i,
                                           const T *v, body_motion<T> &m) {
@@ -118,8 +118,8 @@ template <int... coordinates> struct several_axes_joint {
     if constexpr (!commutes) {
       SE3<T> D;
       mat3x3<T> J, Q;
-      algebra<T>::SE3_exp(&s, &D);
-      algebra<T>::SE3_rightJacobian(&s, &J, &Q);
+      algebra_with_own_sines<T>::SE3_exp(&s, &D);
+      algebra_with_own_sines<T>::SE3_rightJacobian(&s, &J, &Q);
       put_columns<T>(by_q, stride, [&](screw<T> &x) { algebra<T>::product_Adinvs(&D, &x, &x); });
       put_columns<T>(by_dv, stride, [&](screw<T> &x) { multiply(J, Q, x); });
     } else {
@@ -132,9 +132,9 @@ template <int... coordinates> struct several_axes_joint {
     const screw<T> s = to_vectors<screw>(dv);
     if constexpr (!commutes) {
       mat3x3<T> J, Q;
-      algebra<T>::SE3_leftJacobianInverse(&s, &J, &Q);
+      algebra_with_own_sines<T>::SE3_leftJacobianInverse(&s, &J, &Q);
       put_columns<T>(by_q0, stride, [&](screw<T> &x) { multiply(J, Q, x), algebra<T>::screw_invert(&x); });
-      algebra<T>::SE3_rightJacobianInverse(&s, &J, &Q);
+      algebra_with_own_sines<T>::SE3_rightJacobianInverse(&s, &J, &Q);
       put_columns<T>(by_q1, stride, [&](screw<T> &x) { multiply(J, Q, x); });
     } else {
       put_columns<T>(by_q0, stride, [](screw<T> &x) { algebra<T>::screw_invert(&x); });

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct centroidal_momentum_rate_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "centroidal_momentum_rate_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 3,
-      .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
+      .name = "centroidal_momentum_rate_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .results = 3, .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
   };
   using form = forms::whole_results<centroidal_momentum_rate_derivatives_algorithm>;
   template <class T> using workspace = centroidal_momentum_rate_derivatives_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct energy_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "energy_derivatives",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 3,
-      .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},
+      .name = "energy_derivatives", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+      .results = 3, .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},
   };
   using form = forms::whole_results<energy_derivatives_algorithm>;
   template <class T> using workspace = energy_derivatives_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct forward_dynamics_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "forward_dynamics_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::tau},
-      .input_name = {"q", "v", "tau"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 3,
-      .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+      .name = "forward_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+      .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+      .results = 3, .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
   };
   using form = forms::whole_results<forward_dynamics_derivatives_algorithm>;
   template <class T> using workspace = forward_dynamics_derivatives_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct forward_dynamics_second_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "forward_dynamics_second_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::tau},
-      .input_name = {"q", "v", "tau"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 4,
-      .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
+      .name = "forward_dynamics_second_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+      .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+      .results = 4, .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
   };
   using form = forms::whole_results<forward_dynamics_second_derivatives_algorithm>;
   template <class T> using workspace = forward_dynamics_second_derivatives_workspace<T>;

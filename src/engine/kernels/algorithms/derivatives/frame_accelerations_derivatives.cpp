@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct frame_accelerations_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "frame_accelerations_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
+      .name = "frame_accelerations_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .request = request_kind::frames,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 3,
-      .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}, {"by_a", 3, {extent::links, extent::six, extent::nv}}},
+      .results = 3, .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}, {"by_a", 3, {extent::links, extent::six, extent::nv}}},
   };
   using form = forms::whole_results<frame_accelerations_derivatives_algorithm>;
   template <class T> using workspace = frame_accelerations_derivatives_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct inverse_dynamics_gradient_algorithm {
   static constexpr algorithm_row row = {
-      .name = "inverse_dynamics_gradient",
-      .inputs = 4,
-      .input_list = {input::q, input::v, input::a, input::tau},
-      .input_name = {"q", "v", "a", "weights"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
+      .name = "inverse_dynamics_gradient", .inputs = 4, .input_list = {input::q, input::v, input::a, input::tau}, .input_name = {"q", "v", "a", "weights"},
       .smooth_friction = true,
-      .results = 3,
-      .result = {{"by_q", 1, {extent::nv}}, {"by_v", 1, {extent::nv}}, {"by_a", 1, {extent::nv}}},
+      .results = 3, .result = {{"by_q", 1, {extent::nv}}, {"by_v", 1, {extent::nv}}, {"by_a", 1, {extent::nv}}},
   };
   using form = forms::whole_results<inverse_dynamics_gradient_algorithm>;
   template <class T> using workspace = inverse_dynamics_gradient_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct inverse_dynamics_second_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "inverse_dynamics_second_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 4,
-      .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
+      .name = "inverse_dynamics_second_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .external = external_use::optional, .smooth_friction = true,
+      .results = 4, .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
   };
   using form = forms::sparse_results<inverse_dynamics_second_derivatives_algorithm>;
   template <class T> using workspace = inverse_dynamics_second_derivatives_workspace<T>;

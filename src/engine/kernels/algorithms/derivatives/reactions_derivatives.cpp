@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct reactions_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "reactions_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::optional,
-      .request = request_kind::joints,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 3,
-      .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
+      .name = "reactions_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .external = external_use::optional, .request = request_kind::joints,
+      .results = 3, .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
   };
   using form = forms::sparse_results<reactions_derivatives_algorithm>;
   template <class T> using workspace = reactions_derivatives_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct reactions_external_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "reactions_external_derivatives",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
+      .name = "reactions_external_derivatives", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
       .request = request_kind::joints,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
+      .results = 1, .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
   };
   using form = forms::whole_results<reactions_external_derivatives_algorithm>;
   template <class T> using workspace = reactions_external_derivatives_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct energy_algorithm {
   static constexpr algorithm_row row = {
-      .name = "energy",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 2,
-      .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
+      .name = "energy", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+      .results = 2, .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
   };
   using form = forms::whole_results<energy_algorithm>;
   template <class T> using workspace = energy_workspace<T>;

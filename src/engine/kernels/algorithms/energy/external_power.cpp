@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct external_power_algorithm {
   static constexpr algorithm_row row = {
-      .name = "external_power",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
+      .name = "external_power", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .external = external_use::required,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"power", 0, {}}},
+      .results = 1, .result = {{"power", 0, {}}},
   };
   using form = forms::whole_results<external_power_algorithm>;
   template <class T> using workspace = external_power_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct forward_dynamics_algorithm {
   static constexpr algorithm_row row = {
-      .name = "forward_dynamics",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::tau},
-      .input_name = {"q", "v", "tau"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 1,
-      .result = {{"a", 1, {extent::motion}}},
+      .name = "forward_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+      .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+      .results = 1, .result = {{"a", 1, {extent::motion}}},
   };
   using form = forms::accelerations<forward_dynamics_algorithm>;
   template <class T> using workspace = forward_dynamics_workspace<T>;

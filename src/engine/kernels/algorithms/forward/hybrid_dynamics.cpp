@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct hybrid_dynamics_algorithm {
   static constexpr algorithm_row row = {
-      .name = "hybrid_dynamics",
-      .inputs = 4,
-      .input_list = {input::q, input::v, input::a, input::tau},
-      .input_name = {"q", "v", "a", "tau"},
-      .external = external_use::optional,
-      .request = request_kind::links,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 2,
-      .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
+      .name = "hybrid_dynamics", .inputs = 4, .input_list = {input::q, input::v, input::a, input::tau}, .input_name = {"q", "v", "a", "tau"},
+      .external = external_use::optional, .request = request_kind::links, .needs_mass = true, .smooth_friction = true,
+      .results = 2, .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
   };
   using form = forms::whole_results<hybrid_dynamics_algorithm>;
   template <class T> using workspace = hybrid_dynamics_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct velocity_jump_algorithm {
   static constexpr algorithm_row row = {
-      .name = "velocity_jump",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::required,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"dv", 1, {extent::motion}}},
+      .name = "velocity_jump", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+      .external = external_use::required, .needs_mass = true,
+      .results = 1, .result = {{"dv", 1, {extent::motion}}},
   };
   using form = forms::whole_results<velocity_jump_algorithm>;
   template <class T> using workspace = velocity_jump_workspace<T>;

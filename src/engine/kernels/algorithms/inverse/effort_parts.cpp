@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct effort_parts_algorithm {
   static constexpr algorithm_row row = {
-      .name = "effort_parts",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
+      .name = "effort_parts", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"parts", 2, {extent::five, extent::nv}}},
+      .results = 1, .result = {{"parts", 2, {extent::five, extent::nv}}},
   };
   using form = forms::whole_results<effort_parts_algorithm>;
   template <class T> using workspace = effort_parts_workspace<T>;

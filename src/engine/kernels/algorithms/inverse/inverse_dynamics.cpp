@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct inverse_dynamics_algorithm {
   static constexpr algorithm_row row = {
-      .name = "inverse_dynamics",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
+      .name = "inverse_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"tau", 1, {extent::nv}}},
+      .results = 1, .result = {{"tau", 1, {extent::nv}}},
   };
   using form = forms::whole_results<inverse_dynamics_algorithm>;
   template <class T> using workspace = inverse_dynamics_workspace<T>;

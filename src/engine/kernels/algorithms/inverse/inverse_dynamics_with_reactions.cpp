@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct inverse_dynamics_with_reactions_algorithm {
   static constexpr algorithm_row row = {
-      .name = "inverse_dynamics_with_reactions",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::optional,
-      .request = request_kind::reactions,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"tau", 1, {extent::nv}}},
+      .name = "inverse_dynamics_with_reactions", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .external = external_use::optional, .request = request_kind::reactions,
+      .results = 1, .result = {{"tau", 1, {extent::nv}}},
   };
   using form = forms::efforts_and_reactions<inverse_dynamics_with_reactions_algorithm>;
   template <class T> using workspace = reactions_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct frame_poses_algorithm {
   static constexpr algorithm_row row = {
-      .name = "frame_poses",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
+      .name = "frame_poses", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
       .request = request_kind::links,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
+      .results = 1, .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
   };
   using form = forms::poses_of_links<frame_poses_algorithm>;
   template <class T> using workspace = forward_kinematics_workspace<T>;

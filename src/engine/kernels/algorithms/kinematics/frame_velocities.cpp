@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct frame_velocities_algorithm {
   static constexpr algorithm_row row = {
-      .name = "frame_velocities",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
+      .name = "frame_velocities", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .request = request_kind::frames,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"twists", 2, {extent::links, extent::six}}},
+      .results = 1, .result = {{"twists", 2, {extent::links, extent::six}}},
   };
   using form = forms::whole_results<frame_velocities_algorithm>;
   template <class T> using workspace = frame_velocities_workspace<T>;

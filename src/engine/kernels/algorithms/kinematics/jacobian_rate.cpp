@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct jacobian_rate_algorithm {
   static constexpr algorithm_row row = {
-      .name = "jacobian_rate",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
+      .name = "jacobian_rate", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .request = request_kind::frame,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"rate", 2, {extent::six, extent::nv}}},
+      .results = 1, .result = {{"rate", 2, {extent::six, extent::nv}}},
   };
   using form = forms::whole_results<jacobian_rate_algorithm>;
   template <class T> using workspace = jacobian_rate_workspace<T>;

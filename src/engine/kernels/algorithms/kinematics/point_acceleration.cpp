@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct point_acceleration_algorithm {
   static constexpr algorithm_row row = {
-      .name = "point_acceleration",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
+      .name = "point_acceleration", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .request = request_kind::frame,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"acceleration", 1, {extent::three}}},
+      .results = 1, .result = {{"acceleration", 1, {extent::three}}},
   };
   using form = forms::whole_results<point_acceleration_algorithm>;
   template <class T> using workspace = frame_accelerations_workspace<T>;

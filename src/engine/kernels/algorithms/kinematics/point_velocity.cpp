@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct point_velocity_algorithm {
   static constexpr algorithm_row row = {
-      .name = "point_velocity",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
+      .name = "point_velocity", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .request = request_kind::frame,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"velocity", 1, {extent::three}}},
+      .results = 1, .result = {{"velocity", 1, {extent::three}}},
   };
   using form = forms::whole_results<point_velocity_algorithm>;
   template <class T> using workspace = frame_velocities_workspace<T>;

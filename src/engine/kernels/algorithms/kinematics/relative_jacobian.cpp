@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct relative_jacobian_algorithm {
   static constexpr algorithm_row row = {
-      .name = "relative_jacobian",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
+      .name = "relative_jacobian", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
       .request = request_kind::relative,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"J", 2, {extent::six, extent::nv}}},
+      .results = 1, .result = {{"J", 2, {extent::six, extent::nv}}},
   };
   using form = forms::whole_results<relative_jacobian_algorithm>;
   template <class T> using workspace = relative_jacobian_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct relative_pose_algorithm {
   static constexpr algorithm_row row = {
-      .name = "relative_pose",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
+      .name = "relative_pose", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
       .request = request_kind::relative,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"pose", 2, {extent::four, extent::four}}},
+      .results = 1, .result = {{"pose", 2, {extent::four, extent::four}}},
   };
   using form = forms::whole_results<relative_pose_algorithm>;
   template <class T> using workspace = relative_pose_workspace<T>;

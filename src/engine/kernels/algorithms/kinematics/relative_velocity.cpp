@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct relative_velocity_algorithm {
   static constexpr algorithm_row row = {
-      .name = "relative_velocity",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
+      .name = "relative_velocity", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .request = request_kind::relative,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"twist", 1, {extent::six}}},
+      .results = 1, .result = {{"twist", 1, {extent::six}}},
   };
   using form = forms::whole_results<relative_velocity_algorithm>;
   template <class T> using workspace = relative_velocity_workspace<T>;

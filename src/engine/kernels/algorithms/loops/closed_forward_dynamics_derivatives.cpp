@@ -8,17 +8,9 @@ inline namespace KSL_ISA {
 
 struct closed_forward_dynamics_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "closed_forward_dynamics_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::tau},
-      .input_name = {"q", "v", "tau"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 3,
-      .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
+      .name = "closed_forward_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::tau}, .input_name = {"q", "v", "tau"},
+      .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+      .results = 3, .result = {{"da_dq", 2, {extent::motion, extent::freedoms}}, {"da_dv", 2, {extent::motion, extent::freedoms}}, {"da_dtau", 2, {extent::motion, extent::motion}}},
   };
   using form = forms::whole_results<closed_forward_dynamics_derivatives_algorithm>;
   template <class T> using workspace = closed_forward_dynamics_derivatives_workspace<T>;

@@ -8,17 +8,9 @@ inline namespace KSL_ISA {
 
 struct closed_inverse_dynamics_algorithm {
   static constexpr algorithm_row row = {
-      .name = "closed_inverse_dynamics",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"tau", 1, {extent::nv}}},
+      .name = "closed_inverse_dynamics", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .external = external_use::optional, .needs_mass = true,
+      .results = 1, .result = {{"tau", 1, {extent::nv}}},
   };
   using form = forms::whole_results<closed_inverse_dynamics_algorithm>;
   template <class T> using workspace = closed_inverse_dynamics_workspace<T>;

@@ -8,17 +8,9 @@ inline namespace KSL_ISA {
 
 struct closed_inverse_dynamics_derivatives_algorithm {
   static constexpr algorithm_row row = {
-      .name = "closed_inverse_dynamics_derivatives",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::optional,
-      .request = request_kind::none,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 3,
-      .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
+      .name = "closed_inverse_dynamics_derivatives", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .external = external_use::optional, .needs_mass = true, .smooth_friction = true,
+      .results = 3, .result = {{"dtau_dq", 2, {extent::nv, extent::freedoms}}, {"dtau_dv", 2, {extent::nv, extent::freedoms}}, {"dtau_da", 2, {extent::nv, extent::freedoms}}},
   };
   using form = forms::whole_results<closed_inverse_dynamics_derivatives_algorithm>;
   template <class T> using workspace = closed_derivatives_workspace<T>;

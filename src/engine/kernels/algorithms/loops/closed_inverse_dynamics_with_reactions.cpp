@@ -8,17 +8,9 @@ inline namespace KSL_ISA {
 
 struct closed_inverse_dynamics_with_reactions_algorithm {
   static constexpr algorithm_row row = {
-      .name = "closed_inverse_dynamics_with_reactions",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::optional,
-      .request = request_kind::reactions,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"tau", 1, {extent::nv}}},
+      .name = "closed_inverse_dynamics_with_reactions", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .external = external_use::optional, .request = request_kind::reactions, .needs_mass = true,
+      .results = 1, .result = {{"tau", 1, {extent::nv}}},
   };
   using form = forms::efforts_and_reactions<closed_inverse_dynamics_with_reactions_algorithm>;
   template <class T> using workspace = closed_inverse_dynamics_with_reactions_workspace<T>;

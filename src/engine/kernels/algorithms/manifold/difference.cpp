@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct difference_algorithm {
   static constexpr algorithm_row row = {
-      .name = "difference",
-      .inputs = 2,
-      .input_list = {input::q, input::q1},
-      .input_name = {"q0", "q1"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"dv", 1, {extent::motion}}},
+      .name = "difference", .inputs = 2, .input_list = {input::q, input::q1}, .input_name = {"q0", "q1"},
+      .results = 1, .result = {{"dv", 1, {extent::motion}}},
   };
   using form = forms::whole_results<difference_algorithm>;
   template <class T> using workspace = manifold_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct difference_jacobians_algorithm {
   static constexpr algorithm_row row = {
-      .name = "difference_jacobians",
-      .inputs = 2,
-      .input_list = {input::q, input::q1},
-      .input_name = {"q0", "q1"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 2,
-      .result = {{"by_q0", 2, {extent::motion, extent::nv}}, {"by_q1", 2, {extent::motion, extent::nv}}},
+      .name = "difference_jacobians", .inputs = 2, .input_list = {input::q, input::q1}, .input_name = {"q0", "q1"},
+      .results = 2, .result = {{"by_q0", 2, {extent::motion, extent::nv}}, {"by_q1", 2, {extent::motion, extent::nv}}},
   };
   using form = forms::whole_results<difference_jacobians_algorithm>;
   template <class T> using workspace = manifold_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct integrate_algorithm {
   static constexpr algorithm_row row = {
-      .name = "integrate",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "dv"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"q1", 1, {extent::nq}}},
+      .name = "integrate", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "dv"},
+      .results = 1, .result = {{"q1", 1, {extent::nq}}},
   };
   using form = forms::whole_results<integrate_algorithm>;
   template <class T> using workspace = manifold_workspace<T>;

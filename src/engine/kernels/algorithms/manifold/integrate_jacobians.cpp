@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct integrate_jacobians_algorithm {
   static constexpr algorithm_row row = {
-      .name = "integrate_jacobians",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "dv"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 2,
-      .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},
+      .name = "integrate_jacobians", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "dv"},
+      .results = 2, .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},
   };
   using form = forms::whole_results<integrate_jacobians_algorithm>;
   template <class T> using workspace = manifold_workspace<T>;

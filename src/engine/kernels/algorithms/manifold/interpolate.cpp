@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct interpolate_algorithm {
   static constexpr algorithm_row row = {
-      .name = "interpolate",
-      .inputs = 3,
-      .input_list = {input::q, input::q1, input::fraction},
-      .input_name = {"q0", "q1", "fraction"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"between", 1, {extent::nq}}},
+      .name = "interpolate", .inputs = 3, .input_list = {input::q, input::q1, input::fraction}, .input_name = {"q0", "q1", "fraction"},
+      .results = 1, .result = {{"between", 1, {extent::nq}}},
   };
   using form = forms::whole_results<interpolate_algorithm>;
   template <class T> using workspace = manifold_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct coriolis_matrix_algorithm {
   static constexpr algorithm_row row = {
-      .name = "coriolis_matrix",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"C", 2, {extent::nv, extent::nv}}},
+      .name = "coriolis_matrix", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+      .results = 1, .result = {{"C", 2, {extent::nv, extent::nv}}},
   };
   using form = forms::whole_results<coriolis_matrix_algorithm>;
   template <class T> using workspace = coriolis_matrix_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct mass_matrix_factor_algorithm {
   static constexpr algorithm_row row = {
-      .name = "mass_matrix_factor",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
-      .request = request_kind::none,
+      .name = "mass_matrix_factor", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
       .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"LD", 1, {extent::tree}}},
+      .results = 1, .result = {{"LD", 1, {extent::tree}}},
   };
   using form = forms::whole_results<mass_matrix_factor_algorithm>;
   template <class T> using workspace = mass_matrix_factor_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct mass_matrix_tree_algorithm {
   static constexpr algorithm_row row = {
-      .name = "mass_matrix_tree",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"M", 1, {extent::tree}}},
+      .name = "mass_matrix_tree", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+      .results = 1, .result = {{"M", 1, {extent::tree}}},
   };
   using form = forms::whole_results<mass_matrix_tree_algorithm>;
   template <class T> using workspace = mass_matrix_workspace<T>;

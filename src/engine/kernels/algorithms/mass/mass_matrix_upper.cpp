@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct mass_matrix_upper_algorithm {
   static constexpr algorithm_row row = {
-      .name = "mass_matrix_upper",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"M", 2, {extent::nv, extent::nv}}},
+      .name = "mass_matrix_upper", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+      .results = 1, .result = {{"M", 2, {extent::nv, extent::nv}}},
   };
   using form = forms::upper_triangle<mass_matrix_upper_algorithm>;
   template <class T> using workspace = mass_matrix_workspace<T>;

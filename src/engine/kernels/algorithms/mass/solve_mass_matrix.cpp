@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct solve_mass_matrix_algorithm {
   static constexpr algorithm_row row = {
-      .name = "solve_mass_matrix",
-      .inputs = 2,
-      .input_list = {input::q, input::tau},
-      .input_name = {"q", "tau"},
-      .external = external_use::none,
-      .request = request_kind::none,
+      .name = "solve_mass_matrix", .inputs = 2, .input_list = {input::q, input::tau}, .input_name = {"q", "tau"},
       .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"a", 1, {extent::motion}}},
+      .results = 1, .result = {{"a", 1, {extent::motion}}},
   };
   using form = forms::whole_results<solve_mass_matrix_algorithm>;
   template <class T> using workspace = solve_mass_matrix_workspace<T>;

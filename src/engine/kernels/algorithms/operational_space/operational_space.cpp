@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct operational_space_algorithm {
   static constexpr algorithm_row row = {
-      .name = "operational_space",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::optional,
-      .request = request_kind::frames,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = true,
-      .results = 4,
-      .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
+      .name = "operational_space", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+      .external = external_use::optional, .request = request_kind::frames, .needs_mass = true, .smooth_friction = true,
+      .results = 4, .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
   };
   using form = forms::whole_results<operational_space_algorithm>;
   template <class T> using workspace = operational_space_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct operational_space_inertia_algorithm {
   static constexpr algorithm_row row = {
-      .name = "operational_space_inertia",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
-      .request = request_kind::frames,
-      .needs_mass = true,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 2,
-      .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
+      .name = "operational_space_inertia", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+      .request = request_kind::frames, .needs_mass = true,
+      .results = 2, .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
   };
   using form = forms::whole_results<operational_space_inertia_algorithm>;
   template <class T> using workspace = operational_space_inertia_workspace<T>;

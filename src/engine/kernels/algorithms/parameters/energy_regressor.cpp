@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct energy_regressor_algorithm {
   static constexpr algorithm_row row = {
-      .name = "energy_regressor",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
+      .name = "energy_regressor", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .request = request_kind::links,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 2,
-      .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
+      .results = 2, .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
   };
   using form = forms::whole_results<energy_regressor_algorithm>;
   template <class T> using workspace = energy_regressor_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct inverse_dynamics_regressor_algorithm {
   static constexpr algorithm_row row = {
-      .name = "inverse_dynamics_regressor",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
+      .name = "inverse_dynamics_regressor", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .request = request_kind::links,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+      .results = 1, .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
   };
   using form = forms::whole_results<inverse_dynamics_regressor_algorithm>;
   template <class T> using workspace = inverse_dynamics_regressor_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct momentum_regressor_algorithm {
   static constexpr algorithm_row row = {
-      .name = "momentum_regressor",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
+      .name = "momentum_regressor", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
       .request = request_kind::links,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
+      .results = 1, .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
   };
   using form = forms::whole_results<momentum_regressor_algorithm>;
   template <class T> using workspace = momentum_regressor_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct reactions_regressor_algorithm {
   static constexpr algorithm_row row = {
-      .name = "reactions_regressor",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
+      .name = "reactions_regressor", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .request = request_kind::joints,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
+      .results = 1, .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
   };
   using form = forms::whole_results<reactions_regressor_algorithm>;
   template <class T> using workspace = reactions_regressor_workspace<T>;

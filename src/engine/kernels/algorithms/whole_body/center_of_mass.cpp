@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct center_of_mass_algorithm {
   static constexpr algorithm_row row = {
-      .name = "center_of_mass",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
+      .name = "center_of_mass", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
       .nan_without_mass = true,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"center", 1, {extent::three}}},
+      .results = 1, .result = {{"center", 1, {extent::three}}},
   };
   using form = forms::whole_results<center_of_mass_algorithm>;
   template <class T> using workspace = center_of_mass_workspace<T>;

@@ -7,17 +7,9 @@ inline namespace KSL_ISA {
 
 struct center_of_mass_acceleration_algorithm {
   static constexpr algorithm_row row = {
-      .name = "center_of_mass_acceleration",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
+      .name = "center_of_mass_acceleration", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
       .nan_without_mass = true,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"acceleration", 1, {extent::three}}},
+      .results = 1, .result = {{"acceleration", 1, {extent::three}}},
   };
   using form = forms::whole_results<center_of_mass_acceleration_algorithm>;
   template <class T> using workspace = center_of_mass_acceleration_workspace<T>;

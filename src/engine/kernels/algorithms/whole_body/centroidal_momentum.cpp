@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct centroidal_momentum_algorithm {
   static constexpr algorithm_row row = {
-      .name = "centroidal_momentum",
-      .inputs = 2,
-      .input_list = {input::q, input::v},
-      .input_name = {"q", "v"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"momentum", 1, {extent::six}}},
+      .name = "centroidal_momentum", .inputs = 2, .input_list = {input::q, input::v}, .input_name = {"q", "v"},
+      .results = 1, .result = {{"momentum", 1, {extent::six}}},
   };
   using form = forms::whole_results<centroidal_momentum_algorithm>;
   template <class T> using workspace = centroidal_momentum_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct centroidal_momentum_matrix_algorithm {
   static constexpr algorithm_row row = {
-      .name = "centroidal_momentum_matrix",
-      .inputs = 1,
-      .input_list = {input::q},
-      .input_name = {"q"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"matrix", 2, {extent::six, extent::nv}}},
+      .name = "centroidal_momentum_matrix", .inputs = 1, .input_list = {input::q}, .input_name = {"q"},
+      .results = 1, .result = {{"matrix", 2, {extent::six, extent::nv}}},
   };
   using form = forms::whole_results<centroidal_momentum_matrix_algorithm>;
   template <class T> using workspace = centroidal_momentum_matrix_workspace<T>;

@@ -7,17 +7,8 @@ inline namespace KSL_ISA {
 
 struct centroidal_momentum_rate_algorithm {
   static constexpr algorithm_row row = {
-      .name = "centroidal_momentum_rate",
-      .inputs = 3,
-      .input_list = {input::q, input::v, input::a},
-      .input_name = {"q", "v", "a"},
-      .external = external_use::none,
-      .request = request_kind::none,
-      .needs_mass = false,
-      .nan_without_mass = false,
-      .smooth_friction = false,
-      .results = 1,
-      .result = {{"rate", 1, {extent::six}}},
+      .name = "centroidal_momentum_rate", .inputs = 3, .input_list = {input::q, input::v, input::a}, .input_name = {"q", "v", "a"},
+      .results = 1, .result = {{"rate", 1, {extent::six}}},
   };
   using form = forms::whole_results<centroidal_momentum_rate_algorithm>;
   template <class T> using workspace = centroidal_momentum_rate_workspace<T>;

@@ -1,0 +1,1 @@
+quantities = {'force':1, 'moment': 2 }
