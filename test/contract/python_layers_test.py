@@ -22,7 +22,7 @@ ALLOWED: dict[str, set[str]] = {
     "model": {"base", "output", "mechanism", "simulation"},
     "robot_files": {"base", "output", "mechanism", "model"},
     "operators": {"base", "mechanism", "model"},
-    "generation": {"base", "output", "model"},
+    "generation": {"base", "output", "mechanism", "model"},
     "drivetrain": {"base", "mechanism", "model", "robot_files", "generation"},
     "identify": {"base", "mechanism", "model"},
     "comparison": {"base", "mechanism", "model", "robot_files"},
