@@ -88,7 +88,7 @@ def test_closed_mechanisms_with_parameters(cards):
 
 
 def test_what_does_not_fit_is_said(cards, card, ur5):
-    fast = ur5.compile(["inverse_dynamics"], device="cuda", parameters=["tool0"])
+    fast = ur5.compile(["inverse_dynamics", "frame_poses"], device="cuda", parameters=["tool0"])
     q, v, a, ten = given_to(ur5, 4)
     on, of = [cards(x) for x in (q, v, a)], cards(ten["tool0"])
     for parameters, said in (
@@ -102,6 +102,8 @@ def test_what_does_not_fit_is_said(cards, card, ur5):
     ):
         with pytest.raises(ArgumentError, match=said):
             fast.inverse_dynamics(*on, parameters=parameters)
+    with pytest.raises(ArgumentError, match=r"parameters names 'tool0', and the card's code is of no link; leave it out, unless results depend on it"):
+        fast.frame_poses(on[0], parameters={"tool0": of})
     with pytest.raises(ArgumentError, match=r"inverse_dynamics: parameters= is for arrays on a card, .*with_parameters"):
         fast.inverse_dynamics(q, v, a, parameters=ten)
     for options, said in (

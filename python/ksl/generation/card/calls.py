@@ -195,9 +195,12 @@ def of_links(call: str, functions: Sequence[CardFunction], besides: dict[str, An
     links = {kind: list(dict.fromkeys(", ".join(getattr(f, kind)) or "no link" for f in functions)) for kind in besides}
     kind = next((kind for kind, given in besides.items() if ", ".join(given or ()) not in links[kind] and (given or links[kind] != ["no link"])), "parameters")
     given = list(besides[kind] or ())
-    raise ArgumentError(
-        f"{call}: {kind} names {', '.join(map(repr, given)) or 'no link'}, and the card's code is of {' or of '.join(links[kind])}; compile with {kind}={sorted(given)}, or give these"
+    mend = (
+        f"leave it out, unless results depend on it: then compile with {kind}={sorted(given)}"
+        if links[kind] == ["no link"]
+        else f"compile with {kind}={sorted(given)}, or give these"
     )
+    raise ArgumentError(f"{call}: {kind} names {', '.join(map(repr, given)) or 'no link'}, and the card's code is of {' or of '.join(links[kind])}; {mend}")
 
 
 def arrays_of_links(besides: dict[str, Any], driver: Driver) -> dict[str, CardArray]:
