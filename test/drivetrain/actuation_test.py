@@ -101,6 +101,7 @@ def test_identities_at_random_states(name):
     assert_allclose((motors * a.motor_velocities(q, v)).sum(-1), (tau * v).sum(-1), rtol=1e-10)
     assert_allclose(a.static_joint_efforts(q, motors), tau, rtol=1e-10)
     Q, V, A = a.state(q, v, acc)
+    assert (m.actuation(a.joints, start=Q[0]).state(q)[0][:, a.of_joints] == q).all(), "to the last digit"
     assert np.abs(m.loop_error(Q)).max() < 1e-12 and np.abs(np.einsum("nrv,nv->nr", m.loop_jacobian(Q), V)).max() < 1e-12
     power = (a.motor_efforts(q, v, acc) * a.motor_velocities(q, v)).sum(-1)
     assert_allclose(power, (m.without_loops().inverse_dynamics(Q, V, A) * V).sum(-1), rtol=1e-9, atol=1e-9)

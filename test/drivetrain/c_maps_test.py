@@ -133,6 +133,17 @@ KINDS = pytest.mark.parametrize(
 
 
 @KINDS
+def test_forces_in_loops_of_every_kind(arguments):
+    """Those of the engine's reactions: of a screw also along its axis, where its equation is one of a force and a moment."""
+    arguments = (*arguments[:2], 0.7) if arguments[2:] == (0.03,) else arguments
+    a = spatial(*arguments).actuation(["E"])
+    q = a.usable(3, seed=2)
+    v, acc = np.random.default_rng(2).normal(size=(2, *q.shape))
+    wanted = a.model.reactions(*a.state(q, v, acc), joints=["D"])[..., :3]
+    assert_allclose(a.loop_forces(q, v, acc), np.linalg.norm(wanted, axis=2), rtol=1e-9)
+
+
+@KINDS
 def test_loops_of_every_kind(arguments, tmp_path):
     held_by_the_python_maps(spatial(*arguments).actuation(["E"]), tmp_path)
 

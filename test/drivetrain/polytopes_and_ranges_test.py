@@ -76,6 +76,16 @@ def test_a_platform_reaches_until_a_crank_is_in_line_with_its_rod():
     assert np.isnan(found[1]).all() and np.isfinite(found[0]).all()
 
 
+def test_ends_are_looked_for_within_a_turn_or_ten_lengths_of_where_a_range_begins():
+    """The platform a thousand times as large: ends of what slides are as far in its lengths."""
+    assert leg("differential_wrist").range("roll", at=[0, 3]).upper == 6
+    large = lambda found: f'xyz="{" ".join(repr(1e3 * float(x)) for x in found[1].split())}"'
+    axes = re.compile(r'(?<!<axis )xyz="([^"]*)"')
+    a = ksl.load_string(axes.sub(large, (ROBOTS / "three_rod_platform.urdf").read_text())).actuation(JOINTS["three_rod_platform"])
+    found, small = (x.range("heave", limits=False) for x in (a, leg("three_rod_platform")))
+    assert_allclose([found.lower, found.upper], [1e3 * small.lower, 1e3 * small.upper], rtol=1e-6)
+
+
 def test_ranges_without_an_end():
     r = leg("differential_wrist").range("roll", limits=False)
     assert (r.lower, r.upper, r.lower_by, r.upper_by) == (-np.inf, np.inf, "none", "none")

@@ -60,7 +60,7 @@ class EffortMap(MotionMap):
             efforts[:, self.part.of_motors] -= np.einsum("njm,nvj,nv->nm", J, B, efforts, optimize=True)
         efforts = efforts[:, others]
         multipliers = np.linalg.solve(G.swapaxes(1, 2), efforts[..., None])[..., 0]
-        forces = [np.linalg.norm(multipliers[:, rows], axis=1) for rows in self.equations.rows_of_forces()]
+        forces = [np.linalg.norm(x, axis=1) for x in self.equations.forces(multipliers)]
         return np.stack(forces, axis=1).reshape(*leading, -1) if forces else np.zeros((*leading, 0))
 
     @property

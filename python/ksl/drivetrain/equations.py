@@ -21,8 +21,9 @@ FREE_LENGTHS = {"prismatic": 1, "cylindrical": 1, "planar": 2, "translation": 3}
 """Directions along which joints of a kind slide: so many forces they don't resist."""
 
 
-def _lengths(loop: Loop) -> int:
-    return 3 - FREE_LENGTHS.get(loop.kind, 0)
+def _forces(loop: Loop) -> list[float]:
+    """The force in each of the equations of lengths, of a multiplier of one: they are unit wrenches, of a screw with pitch p along its axis f (z, −p z), which is the third."""
+    return [1.0 / np.hypot(1.0, loop.pitch if k == 2 else 0.0) for k in range(3 - FREE_LENGTHS.get(loop.kind, 0))]
 
 
 class Equations:
@@ -44,13 +45,13 @@ class Equations:
             )
         require_enough(m, part, left, shared)
 
-    def rows_of_forces(self) -> list[list[int]]:
-        """For each loop of the part, which of the equations are of forces: lengths, the first rows of its joint that are along directions that it resists."""
+    def forces(self, multipliers: Array) -> list[Array]:
+        """For each loop of the part the forces (n, …) of multipliers (n, rows): of lengths, the first rows of its joint that are along directions that it resists."""
         found, start = [], 0
         for loop in self.m.loops:
             if loop in self.part.loops:
-                lengths = range(start, start + _lengths(loop))
-                found.append([k for k, row in enumerate(self.rows) if row in lengths])
+                rows = [(self.rows.index(start + k), force) for k, force in enumerate(_forces(loop)) if start + k in self.rows]
+                found.append(multipliers[:, [row for row, _ in rows]] * [force for _, force in rows])
             start += loop.equations
         return found
 
