@@ -41,6 +41,7 @@ def test_external_wrenches_and_where_there_is_none():
     assert light.equilibrium([0.1], tau=[30e-14]).reason == "not found" and light.equilibrium([1.0]).reason == "at rest", "whatever the unit of force"
     near = m.equilibrium([0.001], tau=[-9.8])  # about level the stiffness is next to none: shorter steps are taken
     assert near.converged and 9.81 * math.cos(near.q[0]) == pytest.approx(9.8, rel=1e-12)
+    np.testing.assert_allclose(m.equilibrium([0.1]).q, [math.pi / 2], rtol=1e-12, err_msg="no turn away, as a step of 10 rad were")
 
 
 def test_a_closed_mechanism_rests_where_its_drive_holds_it_and_nearest_to_where_it_was():

@@ -115,10 +115,19 @@ def test_armature_counts_as_in_mass_matrices_and_mimic_joints_follow():
     np.testing.assert_allclose(found.frequencies, np.sqrt(np.sort(squares.real)) / (2 * np.pi), rtol=1e-10)
 
 
-@pytest.mark.parametrize("text", [FOURBAR, FREE_COUPLER, SLIDERCRANK])
+def foot_on_a_plane():
+    """Two hinges and a universal joint carry it: the plane holds it by moments, too."""
+    b = ksl.Builder("foot").add_link("ground").add_link("crank", 0.6, (0.05, 0.01, 0.02), np.eye(3) * 0.01)
+    b.add_link("rod", 1.1, (0.1, -0.02, 0.05), np.eye(3) * 0.02).add_link("foot", 0.9, (0.02, 0.05, -0.1), np.diag([0.01, 0.02, 0.015]))
+    b.add_joint("A", "continuous", "ground", "crank", axis=(0, -1, 0)).add_joint("B", "continuous", "crank", "rod", xyz=(0.1, 0.03, 0), axis=(0.6, 0, 0.8))
+    b.add_joint("U", "universal", "rod", "foot", xyz=(0.2, 0.1, -0.1), axis=(1, 0, 0), axis2=(0, 0.8, 0.6))
+    return b.add_loop("C", "planar", "foot", "ground", at([0, 0, 0]), at([0.3, 0.13, -0.1]), axis=(0.48, 0.6, 0.64)).build(drives=["A"])
+
+
+@pytest.mark.parametrize("text", [FOURBAR, FREE_COUPLER, SLIDERCRANK, "foot"])
 def test_gravity_along_closed_mechanisms_is_the_second_difference_of_the_energies_of_closed_positions(text):
     """The multipliers' curvature of the loops is in it.  A coupler that floats, with both of its pins in loops, is the same mechanism."""
-    m = ksl.load_string(text, drives=["A"])
+    m = foot_on_a_plane() if text == "foot" else ksl.load_string(text, drives=["A"])
     start = m.close(m.neutral()).q
     q = m.close(m.integrate(start, m.consistent_velocity(start, 0.4 * np.eye(m.nv)[0], ["A"])), hold=["A"]).q
     unit, h = m.consistent_velocity(q, np.eye(m.nv)[0], ["A"]), 1e-2
@@ -131,7 +140,7 @@ def test_gravity_along_closed_mechanisms_is_the_second_difference_of_the_energie
     mass = 2 * float(m.energy(q, unit)[0])
     found = m.modes(q, stiffness={"A": 0.5})
     assert len(found.frequencies) == 1 and abs(second) > 0.05
-    np.testing.assert_allclose((2 * np.pi * found.frequencies[0]) ** 2, (0.5 + second) / mass, rtol=1e-7)
+    np.testing.assert_allclose((2 * np.pi) ** 2 * found.frequencies[0] * abs(found.frequencies[0]), (0.5 + second) / mass, rtol=1e-7)
     np.testing.assert_allclose(abs(found.shapes[0, m.link_names.index("crank"), 4]), 1 / math.sqrt(mass), rtol=1e-9)
 
 
@@ -192,6 +201,23 @@ def test_compliant_pins_of_a_four_bar():
     np.testing.assert_allclose(found[[0, 1, 2, 17]], [8.50140599688634, 36.88078975117732, 104.9593444699946, 1805.2542332509329], rtol=1e-9)
     np.testing.assert_allclose(m.modes(q, stiffness={"A": 900.0}).frequencies, [8.464464731203337], rtol=1e-9)
     assert m.modes(q, stiffness={"B": pin}).frequencies.shape == (2,), "six of B and one of D, of which five equations hold; the drive is locked"
+
+
+def test_the_stiffest_pins_are_rigid_ones():
+    """Frequencies of the rest rise with the root of the stiffness."""
+    m = four_bar()
+    q = m.close([0.9, 0, 0]).q
+    pins = ({}, *({"B": [k, k, k, k / 100, 0.0, k / 100]} for k in (1e8, 1e11)))
+    rigid, soft, stiff = (m.modes(q, stiffness={"A": 20.0, **pin}).frequencies for pin in pins)
+    np.testing.assert_allclose(stiff, [*rigid, *soft[1:] * np.sqrt(1e3)], rtol=2e-6)
+
+
+def test_the_ground_turns_about_the_origin_of_the_world():
+    """A mass of 2 kg that slides along x: of turns it has m (ω × c)ₓ."""
+    b = ksl.Builder("slide").add_link("ground").add_link("sled", 2.0, (0, 0, 0.3), np.eye(3))
+    m = b.add_joint("x", "prismatic", "ground", "sled", xyz=(0.1, 0.2, 0.5), axis=(1, 0, 0)).build()
+    found = m.modes([0.7], stiffness={"x": 10.0}, gravity=False).participation[0]
+    np.testing.assert_allclose(found * np.sign(found[0]), np.sqrt(2) * np.array([1, 0, 0, 0, 0.8, -0.2]), atol=1e-14)
 
 
 def test_what_moves_without_resistance_is_named_and_a_pose_that_falls_has_negative_frequencies():

@@ -13,7 +13,7 @@ from ksl.mechanism.calls import Calls
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import Array
 from ksl.mechanism.stiffness import Flexibility
-from ksl.small_motions.giving_way import NOWHERE, GivingWay, coefficients, giving_way, motion_at
+from ksl.small_motions.giving_way import GivingWay, coefficients, giving_way, motion_at
 
 
 def floats(joint: Joint) -> bool:
@@ -89,10 +89,8 @@ def directions_of(model: Calls, q: Array, flexible: Mapping[str, Flexibility]) -
         first_axis = np.asarray(model.jacobian(q, f"link:{joint.child}"))[3:, joint.v_index] if joint.kind == "universal" else np.zeros(3)
         motions.append(motion_at(joint, first_axis))
         spring = joint.spring_stiffness if "spring" in model.physics and joint.nv == 1 else 0.0
-        flexibility = flexible.get(joint.name)
-        follows = joint.leader is not None
-        rigid = flexibility is None and (follows or has_motor(model, joint) or joint.kind == "fixed")
-        ways.append(NOWHERE if rigid else giving_way(joint, motions[-1], flexibility, not follows and not has_motor(model, joint), spring))
+        free = joint.leader is None and not has_motor(model, joint)
+        ways.append(giving_way(joint, motions[-1], flexible.get(joint.name), free, spring))
     return _assembled(model, pose, index, carriers, ways, motions)
 
 

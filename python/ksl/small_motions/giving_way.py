@@ -26,9 +26,6 @@ class GivingWay(NamedTuple):
     """(n), true for columns along the joint's motion."""
 
 
-NOWHERE = GivingWay(np.zeros((6, 0)), np.zeros((0, 0)), np.zeros(0, dtype=bool))
-
-
 def motion_at(of: Joint | Loop, first_axis: Array) -> Array:
     """The directions (6, n) of a joint's motion in the axes of its frame on the child's side.
 
