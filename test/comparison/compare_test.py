@@ -13,7 +13,7 @@ from ksl.comparison import libraries
 from ksl.comparison.bodies import lumped, of_link, pseudo_inertia
 from ksl.comparison.body_changes import changed_links
 from ksl.comparison.coordinates import same
-from ksl.comparison.differences import TOLERANCE
+from ksl.comparison.differences import TOLERANCE, scale_of_matrix
 from ksl.comparison.libraries import Library
 from ksl.comparison.other_robot import NotLoaded, OneState, OtherRobot, Place
 
@@ -136,6 +136,14 @@ def test_a_library_that_ignores_armature(compared):
     found = compared(planted(lambda m: m.with_physics("all")), WITH_ARMATURE)
     assert {r.topic for r in found.reasons} == {"armature", "damping", "spring"} and found.unexplained == []
     assert next(r for r in found.reasons if r.topic == "armature").explains[0] == "mass matrix"
+
+
+def test_a_library_that_does_all_otherwise(compared):
+    pytest.importorskip("mujoco")
+    found = compared(
+        planted(lambda m: m.with_physics("all").with_gravity((0, 0, -9))), WITH_ARMATURE.replace('damping="0.3"', 'damping="0.3" frictionloss="0.2"')
+    )
+    assert {r.topic for r in found.reasons} == {"armature", "damping", "friction", "spring", "gravity"} and found.unexplained == []
 
 
 @pytest.mark.parametrize("gravity", [(0, 0, 0), (0, 0, 9.81), (0, -9.81, 0), (0, 0, -9.80665)], ids=str)
@@ -333,6 +341,16 @@ def test_joints_where_the_libraries_part(compared, was, becomes, said, explained
     assert found.status == (1 if explained else 2) and (found.unexplained == []) == explained
 
 
+def test_robots_of_a_centimetre(compared):
+    """Lengths and masses are shares of its own, not of a metre or a kilogram."""
+    small = re.sub(r'origin xyz="([^"]*)"', lambda found: f'origin xyz="{" ".join(repr(0.01 * float(x)) for x in found[1].split())}"', ARM).replace(
+        '"-1" upper="1"', '"0" upper="0.01"'
+    )
+    found = compared(moved(small.replace('xyz="0.002 0.0 0.0"', 'xyz="0.002 2e-9 0.0"')), small)
+    assert [(r.topic, "elbow (link fore)" in r.text) for r in found.reasons if r.topic != "poses"] == [("joint placement", True)]
+    np.testing.assert_allclose(scale_of_matrix(np.array([[[4e-8, 1e-9], [1e-9, 9e-8]]])), [[4e-8, 6e-8], [6e-8, 9e-8]])
+
+
 def test_what_nothing_explains_is_said(compared):
     found = compared(Noisy)
     assert (found.status, found.reasons, found.unexplained) == (2, [], ["inverse dynamics"])
@@ -358,6 +376,8 @@ def test_accelerations_that_rounding_leaves_open(compared, light, said):
     notes = [note.text for note in found.conventions if note.topic == "conditioning"]
     assert (len(notes) == 1 and re.search("rounding alone leaves the acceleration of (first|second) open by", notes[0])) if said else notes == []
     assert (found.quantities[1].difference > 1e-8) == said
+    if said:  # |M⁻¹| |M| has four times 2 / l, and of the largest acceleration the sum of both is one or two
+        assert 1 <= float(notes[0].split("open by ")[1].split()[0]) / (16 * np.finfo(float).eps / light) <= 2
 
     class Other(Same):
         def compute(self, q, v, a, tau, links):

@@ -64,7 +64,7 @@ def _with(pose: Array, R: Array) -> Array:
 def _lengths(ksl: Numbers) -> Array:
     """What poses (4, 4) are compared with: lengths with the reach of the robot."""
     scale = np.ones((4, 4))
-    scale[:3, 3] = max(largest(pose[:, :3, 3]) for pose in ksl.poses.values()) or 1.0
+    scale[:, 3] = max(largest(pose[:, :3, 3]) for pose in ksl.poses.values()) or 1.0
     return scale
 
 
