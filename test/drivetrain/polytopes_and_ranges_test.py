@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 import ksl
 from examples import JOINTS, ROBOTS, leg
 from ksl.drivetrain.judged_limits import judged_limits
-from ksl.drivetrain.region import usable_ranges
+from ksl.drivetrain.region import usable_ranges, within
 
 
 @pytest.mark.parametrize("name", JOINTS)
@@ -76,9 +76,16 @@ def test_a_platform_reaches_until_a_crank_is_in_line_with_its_rod():
     assert np.isnan(found[1]).all() and np.isfinite(found[0]).all()
 
 
-def test_ends_are_looked_for_within_a_turn_or_ten_lengths_of_where_a_range_begins():
+def test_next_to_where_both_rods_reach_their_ends_steps_are_shorter():
+    """The path bends sharply there: beyond what is found there is no position."""
+    a, roll = leg("two_rod_ankle"), -0.0147
+    r = a.range("ankle_pitch", at=[-0.661, roll], limits=False)
+    found = a.motors_of([[end + s, roll] for end in (r.lower, r.upper) for s in (1e-4, -1e-4)], unreachable="nan")
+    assert (r.lower_by, r.upper_by) == ("reach", "reach") and np.isnan(found).all(axis=1).tolist() == [False, True, True, False]
+
+
+def test_ends_are_looked_for_within_ten_lengths():
     """The platform a thousand times as large: ends of what slides are as far in its lengths."""
-    assert leg("differential_wrist").range("roll", at=[0, 3]).upper == 6
     large = lambda found: f'xyz="{" ".join(repr(1e3 * float(x)) for x in found[1].split())}"'
     axes = re.compile(r'(?<!<axis )xyz="([^"]*)"')
     a = ksl.load_string(axes.sub(large, (ROBOTS / "three_rod_platform.urdf").read_text())).actuation(JOINTS["three_rod_platform"])
@@ -87,6 +94,7 @@ def test_ends_are_looked_for_within_a_turn_or_ten_lengths_of_where_a_range_begin
 
 
 def test_ranges_without_an_end():
+    assert leg("differential_wrist").range("roll", at=[0, 3]).upper == 6, "within a turn of where it begins"
     r = leg("differential_wrist").range("roll", limits=False)
     assert (r.lower, r.upper, r.lower_by, r.upper_by) == (-np.inf, np.inf, "none", "none")
 
@@ -101,6 +109,14 @@ def test_positions_are_used_a_little_away_from_where_efforts_have_no_bound(name)
         ends = np.clip([r.lower, r.upper], centre - np.pi, centre + np.pi)
         back = [0.05 * np.ptp(ends) * (by in ("reach", "hold")) for by in (r.lower_by, r.upper_by)]
         assert_allclose(found, ends + np.array([1, -1]) * back, atol=1e-12)
+
+
+def test_positions_beyond_the_limit_of_a_ball_are_not_used():
+    """Nor does it matter by how much motors turn at the start: those of the wrist by 314 rad for each metre."""
+    a, q = leg("two_rod_ankle"), np.array([[0.0, 0.0], [0.5, 0.0]])
+    for limits, used in (({}, [True, True]), ({"ball_left_top": 0.3}, [True, False])):
+        assert within(a.model.actuation(a.joints, ball_limits=limits), q).tolist() == used
+    assert within(leg("differential_wrist"), np.array([[0.0, 0.0], [0.05, 1.0]])).all()
 
 
 def test_positions_are_used_within_limits_of_motors():

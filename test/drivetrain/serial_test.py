@@ -122,10 +122,12 @@ def test_loops_that_mjcf_lacks():
         ksl.mjcf.text(model("differential_wrist"))
 
 
-def test_a_robot_whose_file_has_its_floating_joint():
-    """As SDF files have: it isn't added once more."""
+def test_a_robot_whose_file_has_its_floating_joint(monkeypatch):
+    """As SDF files have: it isn't added once more.  One that is loaded with a floating base has it in the serial model, too."""
+    monkeypatch.setattr("ksl.drivetrain.serial.SAMPLES", 40)
     text = (ROBOTS / "two_rod_ankle.urdf").read_text()
     root = model("two_rod_ankle").links[0].name
     joint = f'<link name="map"/><joint name="floating_base" type="floating"><parent link="map"/><child link="{root}"/></joint></robot>'
-    serial = ksl.load_string(text.replace("</robot>", joint)).actuation(JOINTS["two_rod_ankle"]).serial_model()
-    assert [name for name in serial.joint_names if "float" in name] == ["floating_base"] and serial.nv == 8
+    for m in (ksl.load_string(text.replace("</robot>", joint)), ksl.load_string(text, floating_base=True)):
+        found = m.actuation(JOINTS["two_rod_ankle"]).serial_model()
+        assert [name for name in found.joint_names if "float" in name] == ["floating_base"] and found.nv == 8
