@@ -65,8 +65,8 @@ class Mutated:
     def clear(self):
         ctypes.memset(self.reached, 0, ROOM)
 
-    def special_first(self, number, order):
-        return order
+    def tests_of(self, number, order):
+        return within(MOST, order)
 
     def activate(self, number):
         self.number.value = number
@@ -98,12 +98,12 @@ class MutatedPython:
             for kept in [x.cache_clear for x in vars(sys.modules[module]).values() if hasattr(x, "cache_clear")]:
                 kept()
 
-    def special_first(self, number, order):
-        """All tests reach what was computed by imports: those that run code of the same file come first."""
+    def tests_of(self, number, order):
+        """All tests reach what was computed by imports: those that run code of the same file come first, and then, for as long, those that may only look into a table of it."""
         if number not in self.imported:
-            return order
+            return within(MOST, order)
         own = {m.number for m in IMPORTER.mutants if m.file == IMPORTER.by_number[number].file} - self.imported
-        return sorted(order, key=lambda pair: own.isdisjoint(pair[0]["reached"]))
+        return [pair for others in (False, True) for pair in within(MOST, [pair for pair in order if own.isdisjoint(pair[0]["reached"]) == others])]
 
     def activate(self, number):
         self.forget()
@@ -284,7 +284,7 @@ def pytest_runtestloop(session):
     with open(SETTINGS["results"], "w") as out:
         children = Children(out)
         for number in SETTINGS["mutants"]:
-            order = ordered if number == 0 else within(MOST, mutated.special_first(number, reaching.get(number, [])))  # 0: no mutant, all tests
+            order = ordered if number == 0 else mutated.tests_of(number, reaching.get(number, []))  # 0: no mutant, all tests
             if order:
                 children.start(session, mutated, number, order)
             else:

@@ -99,6 +99,8 @@ def test_deflections_are_said_with_their_shares():
     assert str(one) == "tool is off by up to 5 mm, at 0.5 s: hip bearing 64 %, hip motion 36 %"
     two = Deflections("tool", ("hip",), ("walk", "run"), (np.array([0.5]), np.array([0.7])), (shares, shares / 2))
     assert str(two) == "tool is off by up to 5 mm, at 0.5 s of walk: hip bearing 64 %, hip motion 36 %"
+    many = Deflections("tool", tuple("abcde"), ("walk",), (np.zeros(1),), (np.repeat(shares, 5, axis=1) * np.arange(1, 6)[:, None, None],))
+    assert str(many).endswith(": e bearing 21 %, d bearing 17 %, c bearing 13 %, e motion 12 %"), "the four largest"
 
 
 BAD = {
