@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from ksl_command import run_ksl
+from scipy.spatial.transform import Rotation
 
 import ksl
 from ksl.base.rotations import quaternion_of
@@ -14,6 +15,7 @@ from ksl.comparison.bodies import lumped, of_link, pseudo_inertia
 from ksl.comparison.body_changes import changed_links
 from ksl.comparison.coordinates import same
 from ksl.comparison.differences import TOLERANCE, scale_of_matrix
+from ksl.comparison.kinematic_reasons import _motion
 from ksl.comparison.libraries import Library
 from ksl.comparison.other_robot import NotLoaded, OneState, OtherRobot, Place
 
@@ -341,6 +343,15 @@ def test_joints_where_the_libraries_part(compared, was, becomes, said, explained
     assert found.status == (1 if explained else 2) and (found.unexplained == []) == explained
 
 
+@pytest.mark.parametrize("angle", [0.0, 2e-9, 1e-3, 2.5, np.pi])
+def test_angles_between_frames_are_to_the_last_digit(angle):
+    rng = np.random.default_rng(2)
+    for _ in range(100):
+        X, k = ksl.Pose.from_rpy((0.1, 0.2, 0.3), rng.normal(size=3)).matrix, rng.normal(size=3)
+        turn = np.vstack([np.column_stack([Rotation.from_rotvec(angle * k / np.linalg.norm(k)).as_matrix(), [0, 0.1, 0]]), [0, 0, 0, 1]])
+        assert _motion(np.linalg.solve(X, X @ turn)) == (f"{angle:.4g} rad and " if angle else "") + "(0, 0.1, 0) m"
+
+
 def test_robots_of_a_centimetre(compared):
     """Lengths and masses are shares of its own, not of a metre or a kilogram."""
     small = re.sub(r'origin xyz="([^"]*)"', lambda found: f'origin xyz="{" ".join(repr(0.01 * float(x)) for x in found[1].split())}"', ARM).replace(
@@ -348,6 +359,13 @@ def test_robots_of_a_centimetre(compared):
     )
     found = compared(moved(small.replace('xyz="0.002 0.0 0.0"', 'xyz="0.002 2e-9 0.0"')), small)
     assert [(r.topic, "elbow (link fore)" in r.text) for r in found.reasons if r.topic != "poses"] == [("joint placement", True)]
+
+    class Rounded(Same):
+        def jacobian(self, J, pose):
+            return J + 5e-7
+
+    large = ARM.replace('xyz="0.2 0 0" rpy', 'xyz="200 0 0" rpy')
+    assert [compared(Rounded, text).differing for text in (large, ARM)] == [[], ["Jacobians"]]
     np.testing.assert_allclose(scale_of_matrix(np.array([[[4e-8, 1e-9], [1e-9, 9e-8]]])), [[4e-8, 6e-8], [6e-8, 9e-8]])
 
 

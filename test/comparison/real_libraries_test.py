@@ -158,3 +158,12 @@ def test_forces_that_ksl_never_has_are_reasons(tmp_path, topics):
     named = {"actuators": "actuator0 exert", "gravcomp": "gravity of body1 is", "tendons": "tendon0 exert", "fluid": "bodies move"}
     assert all(any(named[topic] in str(r) for r in unnamed.reasons) for topic in topics), unnamed.reasons
     assert {q.name for q in unnamed.quantities} == {q.name for q in found.quantities} and unnamed.unexplained == []
+
+
+def test_a_joint_that_pinocchio_lacks_has_no_place_and_no_body(panda):
+    """Its number there is that of the next one."""
+    pin = pytest.importorskip("pinocchio")
+    model = ksl.load(panda, mimic="independent")
+    there = LIBRARIES["pinocchio"].load(File(str(panda), panda.read_bytes(), "urdf", model, False, None))
+    there.p = pin.Model()
+    assert there.place(model.joint("left_joint")) is None and there.bodies() == {}

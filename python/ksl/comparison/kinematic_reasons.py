@@ -104,7 +104,9 @@ def _in_words(model: Model, states: States, link: str, ours: Array, theirs: Arra
 
 def _motion(X: Array) -> str:
     """A rigid motion in words."""
-    angle = float(np.arccos(np.clip(0.5 * (np.trace(X[:3, :3]) - 1.0), -1.0, 1.0)))
+    R = X[:3, :3]
+    sine = np.linalg.norm([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])  # by the cosine alone rounding would be an angle of 1e-8
+    angle = float(np.arctan2(sine, np.trace(R) - 1.0))
     words = [f"{angle:.4g} rad"] if angle > 1e-9 else []
     if largest(X[:3, 3]) > 1e-9:
         words.append(f"({', '.join(f'{np.round(x, 12) + 0.0:.4g}' for x in X[:3, 3])}) m")
