@@ -72,7 +72,7 @@ class Assembled(NamedTuple):
 def assembled(builder: Builder, bodies: list[Body], connections: list[Connection], cut: bool) -> Assembled:
     """Adds everything to a builder.  cut: joints that close loops are left out.  O(bodies + joints)."""
     plain = PlainBuilder(builder)
-    ground = _unused("world", {body.name for body in bodies})
+    ground = unused("world", {body.name for body in bodies})
     plain.add_link(ground)
     for body in bodies:
         plain.add_link(body.name, body.mass, body.centroid, body.tensor)
@@ -84,7 +84,7 @@ def assembled(builder: Builder, bodies: list[Body], connections: list[Connection
     for step in tree:
         parent = ground if step.parent is None else names[step.parent]
         if step.connection is None:
-            name = _unused("floating_base" if len(free) == 1 else f"{names[step.child]}_floating", used)
+            name = unused("floating_base" if len(free) == 1 else f"{names[step.child]}_floating", used)
             result.floating.append(name)
             plain.add_joint(name, "floating", ground, names[step.child], bodies[step.child].pose)
         else:
@@ -295,7 +295,7 @@ def _inverses(X: Array) -> Array:
     return made
 
 
-def _unused(name: str, names: Iterable[str]) -> str:
+def unused(name: str, names: Iterable[str]) -> str:
     taken = names if isinstance(names, (set, frozenset)) else set(names)
     while name in taken:
         name += "_"

@@ -14,10 +14,13 @@ from ksl.base.rotations import quaternion_of
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.mechanism.states import Array
 from ksl.model.model import Model
+from ksl.robot_files.assembly import unused
 
 KINDS = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide", "spherical": "ball", "floating": "free"}
 LEAST = "1e-9"
 """kg and kg m² that MuJoCo gives to moving bodies without mass, which it refuses."""
+WORLD, BEYOND = "world", 1e10
+"""The name that MuJoCo gives to the ground, and what its numbers can't exceed: where a joint has a limit on one side alone."""
 
 
 def mjcf_text(m: Model) -> str:
@@ -35,16 +38,21 @@ def mjcf_text(m: Model) -> str:
     ET.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"} | _lightest(m))
     ET.SubElement(root, "option", gravity=_text(m.gravity))
     world = ET.SubElement(root, "worldbody")
-    poses = {link.name: m.frame_pose(m.neutral(), link.name) for link in m.links}
+    drawn = m.neutral()
+    poses = {link.name: m.frame_pose(drawn, link.name) for link in m.links}
     bodies: dict[str, ET.Element] = {}
     for link in m.links:  # parents first
         above = m.joint_above(link.name)
         parent = above.parent
+        if link.name == WORLD and parent is None and not above.nv and link.mass == 0:
+            bodies[link.name] = world
+            continue
         X = poses[link.name] if parent is None else _inverse(poses[parent]) @ poses[link.name]
-        body = ET.SubElement(world if parent is None else bodies[parent], "body", name=link.name, pos=_text(X[:3, 3]), quat=_quaternion(X[:3, :3]))
+        name = link.name if link.name != WORLD else unused(WORLD, poses)
+        body = ET.SubElement(world if parent is None else bodies[parent], "body", name=name, pos=_text(X[:3, 3]), quat=_quaternion(X[:3, :3]))
         bodies[link.name] = body
         if above.nv or above.leader is not None:
-            _add_joint(body, above)
+            _add_joint(body, above, float(m.position_of(above, drawn)) if above.one_coordinate else 0.0)
         _add_inertia(m, body, link.name)
     constraints = _constraints(m, bodies)
     if len(constraints):
@@ -75,7 +83,8 @@ def _lightest(m: Model) -> dict[str, str]:
     return {"boundmass": LEAST, "boundinertia": LEAST} if has_light else {}
 
 
-def _add_joint(body: ET.Element, joint: Joint) -> None:
+def _add_joint(body: ET.Element, joint: Joint, drawn: float) -> None:
+    """drawn: its position where the bodies are as the file has them, which of a follower is its offset."""
     if joint.kind == "floating":
         ET.SubElement(body, "freejoint", name=joint.name)
         return
@@ -84,8 +93,15 @@ def _add_joint(body: ET.Element, joint: Joint) -> None:
     given = {"name": joint.name, "type": KINDS[joint.kind]}
     if joint.has_axis:
         given["axis"] = _text(joint.axis)
-    if joint.lower is not None and joint.upper is not None:
-        given["range"] = _text((joint.lower, joint.upper))
+    if drawn:
+        given["ref"] = repr(drawn)
+    if joint.one_coordinate and (joint.lower, joint.upper) != (None, None):
+        lower, upper = (beyond if x is None else x for x, beyond in ((joint.lower, -BEYOND), (joint.upper, BEYOND)))
+        if lower >= upper:  # which MuJoCo takes for no limits
+            raise ValueError(
+                f"joint {joint.name}: its limits leave it no way, from {lower:g} to {upper:g}, which MJCF doesn't have; freeze it: m.with_frozen_joints"
+            )
+        given["range"] = _text((lower, upper))
     if joint.effort and joint.one_coordinate:
         given["actuatorfrcrange"] = _text((-joint.effort, joint.effort))
     armature = joint.armature + joint.rotor_inertia * joint.gear_ratio**2
@@ -113,7 +129,7 @@ def _constraints(m: Model, bodies: dict[str, ET.Element]) -> ET.Element:
     found = ET.Element("equality")
     for joint in m.joints:
         if joint.leader is not None:
-            ET.SubElement(found, "joint", joint1=joint.name, joint2=joint.leader, polycoef=_text((joint.offset, joint.multiplier, 0.0, 0.0, 0.0)))
+            ET.SubElement(found, "joint", joint1=joint.name, joint2=joint.leader, polycoef=_text((0.0, joint.multiplier, 0.0, 0.0, 0.0)))  # of what they move
     for loop in m.loops:
         for tag, offset in _ties(m, loop):
             sites = []
