@@ -10,6 +10,7 @@ from ksl.robot_files.mjcf_actuators import effort_ranges
 
 BODY = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0"/>'
 TENDON = '<tendon><fixed name="t"{}><joint joint="a" coef="0.5"/><joint joint="b" coef="-2"/></fixed></tendon>'
+SINCE_4 = pytest.mark.skipif(not hasattr(mujoco.MjModel, "actuator_armature"), reason="actuators of this MuJoCo have no armature")
 FOLLOWS = '<equality><joint joint1="b" joint2="a" polycoef="0 -3 0 0 0"/></equality>'
 
 
@@ -126,6 +127,15 @@ def test_no_limit_where_there_is_none(actuators):
     assert np.isinf(ksl.load_string(unclamped).effort_limit).all()
 
 
+@pytest.mark.parametrize(("off", "left"), [('<option actuatorgroupdisable="2"/>', ("a",)), ('<option><flag actuation="disable"/></option>', ())])
+def test_actuators_that_the_file_turns_off_are_no_motors(off, left):
+    motors = robot('<motor joint="a" ctrlrange="-1 1"/><motor joint="a" group="2" ctrlrange="-3 3"/><motor joint="b" group="2" ctrlrange="-2 2"/>', head=off)
+    m = ksl.load_string(motors)
+    limits = exerted(motors)
+    assert np.array_equal(m.effort_limit, np.where(limits > 0, limits, np.inf)) and (m.drives or ()) == left
+    assert f"actuator ({3 - len(left)} of 3 turned off by the file: no effort of theirs counts)" in m.unused
+
+
 def test_one_direction_alone_and_unequal_ones_are_said():
     m = ksl.load_string(robot('<motor joint="a" ctrlrange="0 1" gear="9"/><motor joint="b" ctrlrange="-2 1"/>'))
     assert list(m.effort_limit) == [9.0, 1.0]
@@ -140,14 +150,30 @@ def test_a_joint_with_a_limit_stays_one_of_its_own():
     assert kinds == [["universal"], ["revolute", "revolute"]]
 
 
-@pytest.mark.skipif(not hasattr(mujoco.MjModel, "actuator_armature"), reason="actuators of this MuJoCo have no armature")
-def test_armature_and_damping_of_actuators_act_on_their_joint():
-    text = robot('<motor joint="a" gear="-5" armature="0.01" damping="0.2"/><motor joint="a" gear="2" armature="0.03"/>', ('armature="0.5"', ""))
+@SINCE_4
+@pytest.mark.parametrize("kind", ["hinge", "ball"])
+def test_armature_and_damping_of_actuators_act_on_their_joint(kind):
+    on_a = '<motor joint="a" gear="-5" armature="0.01" damping="0.2"/><motor joint="a" gear="2" armature="0.03"/>'
+    text = robot(on_a, (f'type="{kind}" armature="0.5"', ""))
     m, mj = ksl.load_string(text, physics=["armature", "damping"]), mujoco.MjModel.from_xml_string(text)
-    d, M = mujoco.MjData(mj), np.zeros((2, 2))
-    d.qvel[:] = d.qacc[:] = (1.0, -2.0)
+    d, M = mujoco.MjData(mj), np.zeros((mj.nv, mj.nv))
+    d.qvel[:] = d.qacc[:] = np.arange(1.0, mj.nv + 1)
     mujoco.mj_inverse(mj, d)
     mujoco.mj_fullM(mj, d, M)
-    assert np.allclose(m.mass_matrix([0, 0]), M, rtol=1e-13)
     q, v, a, _ = mjcf.from_mujoco(m, d.qpos, d.qvel, d.qacc)
+    assert np.allclose(m.mass_matrix(q), M, rtol=1e-13)
     assert np.allclose(m.inverse_dynamics(q, v, a), d.qfrc_inverse, rtol=1e-13)
+    assert not m.warnings
+    with pytest.warns(ksl.DescriptionWarning, match="tendon t couples joints a, b by its damping, armature, which KSL doesn't read"):
+        ksl.load_string(robot('<motor tendon="t" armature="0.01" damping="0.2"/>', more=TENDON.format("")))
+    rod = '<site name="s" pos="0 0 1"/><body><joint/><geom size="0.1"/><site name="t" pos="1 0 0"/></body>'
+    pulled = f"""<mujoco><worldbody>{rod}</worldbody><tendon><spatial name="t" stiffness="1" damping="3"><site site="s"/><site site="t"/></spatial></tendon>
+      <actuator><motor tendon="t" gear="2" damping="0.5" armature="1"/></actuator></mujoco>"""
+    (element,), unused = (m := ksl.load_string(pulled)).force_elements, m.unused
+    assert element.damping == 5.0 and "tendon t: armature (not used)" in unused
+
+
+@SINCE_4
+def test_what_actuators_and_springs_have_besides_is_listed():
+    m = ksl.load_string(robot('<motor joint="a" damping="0 2"/>', ('stiffness="3" springyield="0.1"', "")))
+    assert {"actuator dampingpoly (nonlinear terms are not used)", "joint a: springyield (not used)"} <= set(m.unused)

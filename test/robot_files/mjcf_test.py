@@ -377,10 +377,11 @@ def test_a_mocap_body_that_carries_joints_is_the_base(tmp_path):
     assert m.nv == 1 and m.frame_pose([0.0], "arm")[2, 3] == 2 and "mocap bodies (1; welded where the file has them)" in m.unused
 
 
-def test_what_joins_bodies_and_is_not_known_is_refused(tmp_path):
-    cloth = '<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1" radius="0.01" dim="2" mass="1"/>'
+@pytest.mark.parametrize(("count", "dim", "dof", "bodies"), [("3 3 1", 2, "full", 9), ("3 3 3", 3, "trilinear", 8)])
+def test_what_joins_bodies_and_is_not_known_is_refused(tmp_path, count, dim, dof, bodies):
+    cloth = f'<flexcomp name="cloth" type="grid" count="{count}" spacing="0.1 0.1 0.1" radius="0.01" dim="{dim}" dof="{dof}" mass="1"/>'
     path = in_file(tmp_path, f'<body name="b"><joint/>{BODY}</body>{cloth}')
-    with pytest.raises(ksl.DescriptionError, match='flex cloth is a soft body that joins 9 bodies.*loops="cut"'):
+    with pytest.raises(ksl.DescriptionError, match=f'flex cloth is a soft body that joins {bodies} bodies.*loops="cut"'):
         ksl.load(path)
     assert any(line.startswith("flex") for line in ksl.load(path, loops="cut").unused)
     mj = mujoco.MjModel.from_xml_string(
@@ -403,6 +404,11 @@ def test_tendons_that_couple_joints_and_are_not_read_are_named(tmp_path):
         ksl.load(in_file(tmp_path, bodies, fixed.format('range="-1e-4 1e-4"')))
     with pytest.warns(ksl.DescriptionWarning, match="tendon band couples sites and surfaces by its narrow limits"):
         ksl.load(in_file(tmp_path, sites, spatial.format("1.414 1.4143")))
+    damped = spatial.format('1.414 1.4143" damping="1')
+    with pytest.warns(ksl.DescriptionWarning, match="by its narrow limits"):
+        assert ksl.load(in_file(tmp_path, sites, damped)).force_elements
+    with pytest.warns(ksl.DescriptionWarning, match="by its damping"):  # to a handle
+        ksl.load(in_file(tmp_path, sites.replace('<site name="t"', '<body mocap="true"><site name="t"', 1).replace('"/>', '"/></body>', 1), damped))
     assert not ksl.load(in_file(tmp_path, sites, spatial.format("0.5 1.5"))).warnings
 
 

@@ -24,7 +24,7 @@ from ksl.robot_files.mjcf_amounts import too_much
 from ksl.robot_files.mjcf_files import FilesOfMjcf
 from ksl.robot_files.mjcf_frames import matrix, moved
 from ksl.robot_files.mjcf_frames import pose as frame
-from ksl.robot_files.mjcf_actuators import actuated, actuator_count, added, effort_ranges, led, limit_of
+from ksl.robot_files.mjcf_actuators import actuated, actuator_count, added, effort_ranges, is_off, led, limit_of
 from ksl.robot_files.mjcf_loops import (
     KINDS_OF_EQUALITY,
     Coupling,
@@ -353,9 +353,13 @@ class _Reader:
     def unused_lines(self) -> list[str]:
         mj = self.mj
         lines = [f"joint {', '.join(names)}: {what} (not used)" for what, names in self.unused.items()]
-        for what in ("dof_dampingpoly", "jnt_stiffnesspoly"):
+        for what in ("dof_dampingpoly", "jnt_stiffnesspoly", "actuator_dampingpoly"):
             if np.any(getattr(mj, what, 0)):
-                lines.append(f"{what.partition('_')[2]} (nonlinear terms are not used)")
+                lines.append(f"{'actuator ' * what.startswith('actuator')}{what.partition('_')[2]} (nonlinear terms are not used)")
+        if yields := [self.joints[j] for j in np.flatnonzero(getattr(mj, "jnt_springyield", ()))]:
+            lines.append(f"joint {', '.join(yields)}: springyield (not used)")
+        if off := sum(is_off(mj, i) for i in range(actuator_count(mj))):
+            lines.append(f"actuator ({off} of {actuator_count(mj)} turned off by the file: no effort of theirs counts)")
         if mj.body_gravcomp.any():
             lines.append(f"gravcomp ({np.count_nonzero(mj.body_gravcomp)} bodies; gravity acts on them in full)")
         if bases := sum(1 for i in range(mj.nbody) if mj.body_mocapid[i] >= 0 and i not in self.handles):

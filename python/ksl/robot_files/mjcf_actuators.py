@@ -19,8 +19,8 @@ FIXED_GAIN, NO_BIAS, AFFINE_BIAS = 0, 0, 1
 """Values of mjtGain and mjtBias."""
 NO_STATE, FILTERS = 0, (2, 3)
 """Values of mjtDyn: actuators without a state, and those whose state follows the control."""
-CLAMP_DISABLED = 1 << 8
-"""The bit of mjtDisableBit that lets controls exceed their range."""
+CLAMP_DISABLED, ACTUATION_DISABLED = 1 << 8, 1 << 11
+"""The bits of mjtDisableBit that let controls exceed their range, and that turn all actuators off."""
 
 Range = tuple[float, float]
 """Least and largest effort, N m or N; infinite where there is no bound."""
@@ -39,9 +39,17 @@ def tendon_terms(mj: Any, k: int) -> dict[int, float] | None:
     return {int(mj.wrap_objid[w]): float(mj.wrap_prm[w]) for w in wraps}
 
 
+def is_off(mj: Any, i: int) -> bool:
+    """Whether the file turns an actuator off: it exerts nothing, while its armature and its damping act."""
+    off, group = int(getattr(mj.opt, "disableactuator", 0)), int(mj.actuator_group[i])
+    return bool(mj.opt.disableflags & ACTUATION_DISABLED) or (0 <= group < 31 and bool(off >> group & 1))
+
+
 def actuated(mj: Any, i: int) -> list[int]:
-    """The joints that an actuator moves: one, or those of a fixed tendon; none for what it acts on otherwise."""
+    """The joints that an actuator moves: one, or those of a fixed tendon; none for what it acts on otherwise, or if it is off."""
     at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
+    if is_off(mj, i):
+        return []
     if on in (ON_JOINT, ON_JOINT_IN_PARENT):
         return [at]
     return list(tendon_terms(mj, at) or {}) if on == ON_TENDON else []
@@ -55,6 +63,8 @@ def effort_ranges(mj: Any) -> dict[int, Range]:
     found: dict[int, Range] = {}
     on_tendon: dict[int, list[tuple[Range, float]]] = {}
     for i in range(actuator_count(mj)):
+        if is_off(mj, i):
+            continue
         at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
         force, gear = _force(mj, i), float(mj.actuator_gear[i, 0])
         if on in (ON_JOINT, ON_JOINT_IN_PARENT) and mj.jnt_type[at] in (SLIDE, HINGE):
@@ -91,15 +101,27 @@ def limit_of(own: Range) -> float | None:
 def added(mj: Any, what: str) -> Array:
     """What actuators add to the armature or the damping of each coordinate, gear² times their own; that on tendons is not here."""
     found = np.zeros(mj.nv)
+    for i, own in _own(mj, what):
+        if mj.actuator_trntype[i] in (ON_JOINT, ON_JOINT_IN_PARENT):
+            found[mj.dof_jntid == mj.actuator_trnid[i, 0]] += own
+    return found
+
+
+def of_tendons(mj: Any, what: str) -> Array:
+    """The armature or the damping of each tendon, with what actuators add."""
+    found = np.array(getattr(mj, f"tendon_{what}", np.zeros(mj.ntendon)), dtype=float)
+    for i, own in _own(mj, what):
+        if mj.actuator_trntype[i] == ON_TENDON:
+            found[mj.actuator_trnid[i, 0]] += own
+    return found
+
+
+def _own(mj: Any, what: str) -> list[tuple[int, float]]:
+    """The armature or damping of actuators where they act, gear² times their own."""
     own = getattr(mj, f"actuator_{what}", None)  # since MuJoCo 4
     if own is None:
-        return found
-    own = own if own.ndim == 1 else own[:, 0]
-    for i in range(actuator_count(mj)):
-        at = int(mj.actuator_trnid[i, 0])
-        if mj.actuator_trntype[i] in (ON_JOINT, ON_JOINT_IN_PARENT) and mj.jnt_type[at] in (SLIDE, HINGE):
-            found[mj.jnt_dofadr[at]] += mj.actuator_gear[i, 0] ** 2 * own[i]
-    return found
+        return []
+    return [(i, float(mj.actuator_gear[i, 0] ** 2 * own.reshape(len(own), -1)[i, 0])) for i in range(actuator_count(mj))]
 
 
 def _force(mj: Any, i: int) -> Range:

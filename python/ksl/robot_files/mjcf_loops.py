@@ -163,7 +163,11 @@ def check_kinds(mj: Any) -> None:
                 f"equality constraint {name_of(mj, i)} is of kind {int(mj.eq_type[i])}, which KSL doesn't know; state it by connect, weld or joint, {cut}"
             )
     for f in range(getattr(mj, "nflex", 0)):
-        bodies = set(mj.flex_vertbodyid[mj.flex_vertadr[f] : mj.flex_vertadr[f] + mj.flex_vertnum[f]].tolist())
+        bodies: set[int] = set()
+        for of in ("vert", "node"):  # a body of its own for each point, or for each node between which points are interpolated
+            first, count = (int(getattr(mj, f"flex_{of}{what}", np.zeros(mj.nflex))[f]) for what in ("adr", "num"))
+            bodies.update(getattr(mj, f"flex_{of}bodyid")[first : first + count].tolist() if count else ())
+        bodies.discard(-1)
         if len(bodies) > 1:
             raise DescriptionError(
                 f"flex {bytes(mj.names[mj.name_flexadr[f] :]).split(bytes(1), 1)[0].decode() or f + 1} is a soft body that joins {len(bodies)} bodies, and KSL's are rigid; remove it, {cut}"

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from ksl.robot_files.mjcf_actuators import tendon_terms
+from ksl.robot_files.mjcf_actuators import of_tendons, tendon_terms
 
 WRAPS_SITE = 3
 """The value of mjtWrap for sites, which MuJoCo publishes."""
 _NOT_USED = ("frictionloss", "armature", "limited", "actfrclimited", "stiffnesspoly", "dampingpoly", "springyield")
 HELD = 1e-3
 """The width of a tendon's range, of its length, or rad or m of a fixed one, within which it holds what it goes over."""
-_PASSIVE = ("stiffness", "damping", "frictionloss", "armature")
+_PASSIVE = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "frictionloss", "armature")
 """What makes a tendon couple the joints or bodies it goes over, whoever pulls it."""
 
 
@@ -26,11 +26,11 @@ def add_force_elements(builder: Any, mj: Any, bodies: list[str], joints: list[st
     """
     taken: set[str] = set()
     lines: dict[str, list[str]] = {}
+    damping = of_tendons(mj, "damping")
     for i in range(mj.ntendon):
         sites = _sites(mj, i)
-        if sites is not None and not left_out.isdisjoint(int(mj.site_bodyid[s]) for s in sites):
-            continue
-        if sites is None or not (mj.tendon_stiffness[i] or mj.tendon_damping[i]):
+        goes_to_handle = sites is not None and not left_out.isdisjoint(int(mj.site_bodyid[s]) for s in sites)
+        if sites is None or goes_to_handle or not (mj.tendon_stiffness[i] or damping[i]):
             _say_missing(mj, i, joints, say)
             continue
         name = mj.tendon(i).name or f"tendon{i}"
@@ -38,21 +38,23 @@ def add_force_elements(builder: Any, mj: Any, bodies: list[str], joints: list[st
             name += "_"
         taken.add(name)
         lower, upper = map(float, mj.tendon_lengthspring[i])
-        stiffness, damping = float(mj.tendon_stiffness[i]), float(mj.tendon_damping[i])
+        stiffness = float(mj.tendon_stiffness[i])
         ends = [(bodies[mj.site_bodyid[s]], mj.site_pos[s]) for s in sites]
         spring: dict[str, Any] = {"stiffness": stiffness, "free_length": lower}
         if stiffness and lower < upper:
             spring = {"limits": (lower, upper), "stop_stiffness": stiffness}
-        builder.add_force_element(name, *ends[0], *ends[1], damping=damping, **spring)
+        builder.add_force_element(name, *ends[0], *ends[1], damping=float(damping[i]), **spring)
+        if _is_held(mj, i):
+            _say_missing(mj, i, joints, say, ("narrow limits",))
         for what in _NOT_USED:
             if _has(mj, what, i):
                 lines.setdefault(name, []).append(what)
     return len(taken), [f"tendon {name}: {', '.join(what)} (not used)" for name, what in lines.items()]
 
 
-def _say_missing(mj: Any, i: int, joints: list[str], say: Callable[[str], None]) -> None:
-    """That a tendon's forces are missing, where it couples joints or bodies by more than its actuators."""
-    what = [word for word in _PASSIVE if _has(mj, word, i)] + (["narrow limits"] if _is_held(mj, i) else [])
+def _say_missing(mj: Any, i: int, joints: list[str], say: Callable[[str], None], what: Sequence[str] = ()) -> None:
+    """That a tendon's forces are missing, where it couples joints or bodies by more than its actuators' pull.  what: those, or all that it has."""
+    what = what or [word for word in _PASSIVE if _has(mj, word, i)] + (["narrow limits"] if _is_held(mj, i) else [])
     if what:
         terms = tendon_terms(mj, i)
         over = f"joints {', '.join(joints[j] for j in terms)}" if terms else "sites and surfaces"
@@ -75,5 +77,5 @@ def _sites(mj: Any, i: int) -> tuple[int, int] | None:
 
 
 def _has(mj: Any, what: str, i: int) -> bool:
-    values = getattr(mj, f"tendon_{what}", None)  # older versions have fewer
+    values = of_tendons(mj, what) if what in ("damping", "armature") else getattr(mj, f"tendon_{what}", None)  # older versions have fewer
     return values is not None and bool(np.any(values[i]))
