@@ -30,6 +30,16 @@ def diamonds(arc, levels):
     return f'{classes}class "c{levels}"\n{{\n}}\n{BODY}def "r" ( {arc} = </c0> )\n{{\n}}\n'
 
 
+def relocated(levels):
+    """Each prim has two that come from another place, and refer to the next one."""
+    text, moves = f'def "t{levels}"\n{{\n}}\n', []
+    for k in range(levels):
+        inner = "".join(f'def "p{i}" ( references = </t{k + 1}> )\n{{\n}}\n' for i in range(2))
+        text += f'def "l{k}"\n{{\n{inner}}}\ndef "a{k}" ( references = </l{k}> )\n{{\n}}\ndef "t{k}"\n{{\n}}\n'
+        moves += [f"</a{k}/p{i}>: </t{k}/q{i}>" for i in range(2)]
+    return text + BODY, f"\n relocates = {{{', '.join(moves)}}}"
+
+
 def in_file(path, text, layer=""):
     path.write_text(HEAD.format(layer) + text)
     return path
@@ -56,6 +66,16 @@ def test_arcs_from_file_to_file_are_bounded(tmp_path):
     assert len(ksl.load(tmp_path / "15.usda", masses="optional").link_names) == 9
     with pytest.raises(ksl.DescriptionError, match="bring more than 2,097,152 prims"):
         ksl.load(tmp_path / "0.usda")
+
+
+@pytest.mark.skipif(not hasattr(Sdf.Layer, "relocates"), reason="before USD 24.11 layers relocate nothing")
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_what_is_relocated_is_bounded(tmp_path):
+    assert ksl.load(in_file(tmp_path / "few.usda", *relocated(4)), masses="optional").link_names == ["world", "body"]
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "few.usda"))
+    assert 100 < composed(Usd.Stage.Open(layer)) <= amounts.brought(layer)
+    with pytest.raises(ksl.DescriptionError, match="bring more than 2,097,152 prims"):
+        ksl.load(in_file(tmp_path / "many.usda", *relocated(18)), masses="optional")
 
 
 @pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")

@@ -1,8 +1,8 @@
 """What a few words of a USD file ask Pixar's library to compose, counted in its layers before: prims that refer twice to what refers twice are any number.
 
 Each reference, payload, inherited or specialised class brings all prims of its target, with what these refer to in turn.  A prim that is brought by a chain of
-five of them counts five times: that is what it costs.  Variants count where a layer selects them, instances once.  Left out are relocations, and classes inside of what is
-referenced that an outer layer changes.
+five of them counts five times: that is what it costs.  Variants count where a layer selects them, instances once; what is relocated counts at both places.  Left out are
+classes inside of what is referenced that an outer layer changes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ksl.base.limits import USD_LAYERS, USD_PRIMS
 
-_WORDS = re.compile(rb"references|payload|inherits|specializes|subLayers")
+_WORDS = re.compile(rb"references|payload|inherits|specializes|relocates|subLayers")
 _VARIANT = re.compile(r"\{([^=]*)=([^}]*)\}")
 _RESTARTS = 20
 """Selections of variants may be found late, in a layer that another selection brings.  After so many times all variants count."""
@@ -82,8 +82,8 @@ class _Layers:
             if not (path.IsPrimPath() or path.IsPrimVariantSelectionPath()):
                 return
             text = str(path)
-            key, variants = (_VARIANT.sub("/", text), frozenset(_VARIANT.findall(text))) if "{" in text else (text, frozenset[tuple[str, str]]())
-            key = key.rstrip("/").replace("//", "/").replace("/", "\x01")
+            plain, variants = (_VARIANT.sub("/", text), frozenset(_VARIANT.findall(text))) if "{" in text else (text, frozenset[tuple[str, str]]())
+            key = _key(plain.replace("//", "/"))
             prims.append(key)
             spec = layer.GetPrimAtPath(path)
             if spec is None:
@@ -99,11 +99,13 @@ class _Layers:
                         arcs.append((key, _Arc(layer, asset, target, "", variants, of_class, once)))
 
         layer.Traverse("/", look)
+        for source, target in getattr(layer, "relocates", ()):  # since USD 24.11
+            arcs.append((_key(str(target)), _Arc(layer, "", str(source), "", frozenset(), False, "")))
 
     def at(self, path: str) -> tuple[int, list[_Arc]]:
         """How many prims the layers have at and below a path, and the arcs of these, and of the prims above."""
         if path not in self.found:
-            key = path.rstrip("/").replace("/", "\x01")
+            key = _key(path)
             arcs = [self.arcs[i] for a, b in _ranges(self.keys, key) for i in range(a, b)]
             names = key.split("\x01")
             for k in range(2, len(names)):
@@ -111,6 +113,10 @@ class _Layers:
                 arcs += [arc._replace(below=f"{arc.below}/{'/'.join(names[k:])}", once="") for arc in self.arcs[a:b]]
             self.found[path] = sum(b - a for a, b in _ranges(self.prims, key)), arcs
         return self.found[path]
+
+
+def _key(path: str) -> str:
+    return path.rstrip("/").replace("/", "\x01")
 
 
 def _ranges(keys: list[str], key: str) -> list[tuple[int, int]]:
