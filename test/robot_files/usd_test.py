@@ -399,6 +399,24 @@ def test_masses_of_scaled_bodies_are_those_that_usd_computes(tmp_path, scale):
     assert np.allclose([*link.first_moment, *link.inertia], [*(mass * c), *np.diag(I), I[0, 1], I[1, 2], I[2, 0]], rtol=1e-6, atol=1e-9)
 
 
+def test_points_of_sheared_prims_are_said(tmp_path):
+    """Scales that differ above a turn: USD's own parser multiplies such points by three scales, which is no place of the prim's."""
+    text = """def Xform "r"
+{
+  float3 xformOp:scale = (1, 2, 1)
+  float xformOp:rotateZ = {}
+  uniform token[] xformOpOrder = ["xformOp:scale", "xformOp:rotateZ"]
+  def Xform "a" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"] )
+  {
+    float physics:mass = 1
+    point3f physics:centerOfMass = (1, 0, 0)
+  }
+}"""
+    for turn, times in (("30", 1), ("0", 0)):
+        (tmp_path / "a.usda").write_text("#usda 1.0\n( metersPerUnit = 1\n)\n" + text.replace("{}", turn))
+        assert sum("shear its space" in line for line in ksl.load(tmp_path / "a.usda").warnings) == times
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -648,6 +666,8 @@ def test_numbers_of_joints_are_used_or_named(tmp_path):
         "bool physics:collisionEnabled = 1": "physics:collisionEnabled of j",
         "float drive:angular:physics:stiffness = 3": "drive:angular:physics:stiffness of j",
         "float drive:linear:physics:damping = 3": "drive:linear:physics:damping of j",
+        "float drive:linear:physics:maxForce = 3": "drive:linear:physics:maxForce of j",
+        "float limit:rotX:physics:low = -3": "limit:rotX:physics:low of j",
         "float state:angular:physics:position = 30": "state:angular:physics:position of j",
         "float physxJoint:jointFriction = 0.1": "physxJoint:jointFriction of j",
         "quatf strange:turn = (1, 0, 0, 0)": "strange:turn of j",
@@ -665,6 +685,8 @@ def test_numbers_of_joints_are_used_or_named(tmp_path):
     j = found.joint("j")
     assert (j.lower, j.upper, j.effort) == pytest.approx((-np.pi / 2, np.pi / 4, 0.07))
     assert set(found.unused) == {*filter(None, named.values()), "physics:velocity of a", "physxRigidBody:disableGravity of a"}
+    idle = HINGE.replace("PhysicsRevoluteJoint", "PhysicsSphericalJoint").format("", "float physxJoint:armature = 3\nfloat physics:lowerLimit = -3")
+    assert ksl.load(scene(tmp_path / "a.usda", more=idle)).unused == ("physics:lowerLimit of j", "physxJoint:armature of j")
     one = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:upperLimit = 3"))).joint("j")
     assert (one.lower, one.upper) == (None, pytest.approx(np.pi / 60))
     crossed = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:lowerLimit = 45\nfloat physics:upperLimit = 30")))

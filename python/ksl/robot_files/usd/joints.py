@@ -65,6 +65,8 @@ def _connection(stage: Stage, given: Prim, name: str, numbers: dict[str, int]) -
         stage.unused.append(f"joint {name} (both of its sides are the same body, or the world)")
         return None
     closes = bool(given.get("physics:excludeFromArticulation"))
+    if kind != "fixed":
+        stage.read[given.path] = {f"limit:{f}:physics:{end}" for f in _FREEDOMS for end in ("low", "high")} if given.kind.type_name == "PhysicsJoint" else set()
     limits = _numbers(stage, given, name, kind, freedom) if kind in ("revolute", "prismatic") else {}
     if kind == "revolute" and "limits" not in limits:
         kind = "continuous"
@@ -189,7 +191,9 @@ def _numbers(stage: Stage, given: Prim, name: str, kind: str, freedom: str) -> d
     of_effort = stage.mass * stage.length ** (2 if turns else 1)
     general = given.kind.type_name == "PhysicsJoint"
     found: dict[str, Any] = {}
-    bounds = _bounds(given, freedom) if general else tuple(given.get(f"physics:{end}") for end in ("lowerLimit", "upperLimit"))
+    ends = [f"limit:{freedom}:physics:{end}" for end in ("low", "high")] if general else [f"physics:{end}" for end in ("lowerLimit", "upperLimit")]
+    bounds = [given.get(end) for end in ends]
+    stage.read[given.path].update(ends)
     limits = [None if x is None or math.isinf(x) else judged(float(x) * unit, f"joint {name}: a limit of its position", POSITION) for x in bounds]
     if None not in limits and limits[0] > limits[1]:  # type: ignore[operator]
         stage.said.append(f"joint {name}: its lower limit ({bounds[0]:g}) is above its upper one ({bounds[1]:g}); neither is taken")
@@ -201,6 +205,7 @@ def _numbers(stage: Stage, given: Prim, name: str, kind: str, freedom: str) -> d
         ("velocity", "physxJoint:maxJointVelocity", unit, SPEED),
         ("armature", "physxJoint:armature", inertia, MOMENT),
     ):
+        stage.read[given.path].add(theirs)
         value = _positive(given, theirs)
         if value is not None and not (ours == "velocity" and value >= NO_SPEED_LIMIT):
             found[ours] = judged(value * factor, f"joint {name}: {theirs}", kept)

@@ -51,6 +51,8 @@ class Stage:
     """{path: prim} of joints of UsdPhysics, enabled or not."""
     names: dict[str, str] = field(default_factory=dict)
     """{path: name} of bodies and joints."""
+    read: dict[str, set[str]] = field(default_factory=dict)
+    """{path of a joint that moves: names of its limits, and of drives' and PhysX's numbers, as far as they are read}."""
     owner: dict[str, str] = field(default_factory=dict)
     """{path of a prim at or below a body: path of that body}."""
     parts: dict[str, list[Prim]] = field(default_factory=dict)
@@ -65,6 +67,8 @@ class Stage:
         self.cache = UsdGeom.XformCache()
         self.unmoved = Gf.Matrix4d(1)
         self.places: dict[str, Place] = {}
+        self.sheared: set[str] = set()
+        """Prims that are said to be."""
         self.root = other("/", self.stage.GetPseudoRoot())
 
     def place(self, prim: Prim) -> Place:
@@ -101,6 +105,11 @@ class Stage:
             for x in local:
                 judged(x * self.length, f"prim {prim.path}: a coordinate of a point of it", LENGTH)
         at = self.place(prim)
+        if at.is_sheared and any(local) and prim.path not in self.sheared:
+            self.sheared.add(prim.path)
+            self.said.append(
+                f"prim {prim.path}: scales above it that differ by axis shear its space: points of joints and masses are where USD has them, and simulators, which don't shear, take other ones; scale shapes alone"
+            )
         return np.array(local) * self.length if at.is_plain else at.matrix[:3, :3] @ local * self.length
 
     def point(self, prim: Prim, local: list[float]) -> Array:

@@ -17,6 +17,8 @@ READ = re.compile(
     r"|physxJoint:(maxJointVelocity|armature)|physxMimicJoint:.*|newton:mimic.*"
 )
 """What joints.py, masses.py and couplings.py read, or list themselves."""
+NUMBERS = re.compile(r"physics:(lower|upper)Limit|limit:\w+:physics:(low|high)|drive:\w+:physics:maxForce|physxJoint:(maxJointVelocity|armature)")
+"""Of these what a joint of another kind has isn't read, a linear drive of a hinge for instance."""
 OF_MASS = {"PhysicsMassAPI", "NewtonMassAPI"}
 """Schemas with which masses.py reads newton:inertia."""
 SHOWN = ("xformOp", "material:", "primvars:", "collection:", "ui:", "isaac:", "omni:", "physxTendon:")
@@ -34,7 +36,8 @@ def list_unused(stage: Stage) -> None:
                     continue
                 if name not in known:
                     known[name] = ":" not in name or READ.fullmatch(name) is not None or name.startswith(SHOWN)
-                if not known[name] and _says_something(prim.prim.GetProperty(name)):
+                is_idle = not known[name] or (path in stage.read and name not in stage.read[path] and NUMBERS.fullmatch(name) is not None)
+                if is_idle and _says_something(prim.prim.GetProperty(name)):
                     found.setdefault(name, []).append(stage.names[path])
     stage.unused += [f"{name} of {listed(names, 6)}" for name, names in found.items()]
 
