@@ -266,6 +266,9 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
   check_content(model);
   const bool outermost = full_name == own_frame;
   const std::string inner = outermost ? "" : scope + name + "::";
+  if (!outermost && readers::sdf::flag_in(model, "static", false))
+    model.refuse("it is static inside of a model that moves; hold its links by fixed joints, whose <parent> is world "
+                 "or a link that moves, and remove <static>");
   const auto pose = pose_of(model);
   if (outermost && !pose.relative_to.empty() && pose.relative_to != "world")
     model.refuse("its pose is relative to " + quoted(pose.relative_to) +

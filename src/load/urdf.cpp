@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <tuple>
 
 namespace ksl {
 
@@ -57,6 +58,7 @@ private:
   void name_parts();
   void read_mimics_elsewhere();
   void check_unread() const;
+  void list_weightless();
   void read_drake_elements();
   int minor_version() const;
   void read_link(pugi::xml_node node);
@@ -67,7 +69,7 @@ private:
   static void read_axis(const element &joint, joint_description &out);
   static void read_pitch(const element &joint, const char *tag, joint_description &out);
   void ignore(const element &joint, const char *tag, const joint_description &out);
-  void warn_of_extensions();
+  void warn();
   void read_limit(const element &joint, joint_description &out);
   void read_limits_of_several(const element &joint, joint_description &out);
   void read_dynamics(const element &joint, joint_description &out);
@@ -90,7 +92,8 @@ private:
   std::map<std::string, std::size_t> joint_index_;
   std::set<std::string> drives_, types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
-  std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
+  std::map<std::string, std::vector<std::string>> drake_joints_;    ///< what is said of a type: the names of its joints
+  std::map<std::string, std::vector<std::string>> negative_limits_; ///< effort or velocity: the names of joints
 };
 
 bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
@@ -122,6 +125,7 @@ robot_description urdf_reader::read() {
   name_parts();
   read_mimics_elsewhere();
   readers::read_limits_of_control(file_, robot_, unused_);
+  list_weightless();
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_transmission(transmission);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
@@ -134,7 +138,7 @@ robot_description urdf_reader::read() {
       if (other.name() == std::string_view(tag) && !(tag == std::string_view("transmission") && names_drive(other)))
         unused_.in_robot(tag);
 
-  warn_of_extensions();
+  warn();
   check_tree(robot_);
   leaders_of(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
@@ -305,6 +309,18 @@ void urdf_reader::check_unread() const {
         readers::refuse_if_joining(file_, names_, child, option);
 }
 
+/// Links on which gravity doesn't act in Gazebo.
+void urdf_reader::list_weightless() {
+  std::vector<std::string> links;
+  for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
+    for (const auto &[tag, yes, one] : {std::tuple{"turnGravityOff", "true", "1"}, {"gravity", "false", "0"}})
+      if (const std::string_view said = text::trimmed(gazebo.child_value(tag)); said == yes || said == one)
+        links.push_back(gazebo.attribute("reference").value());
+  if (!links.empty())
+    robot_.warnings.push_back(
+        text::printable("link " + text::listed(links) + ": <gazebo> turns gravity off, but gravity acts on all links"));
+}
+
 /// Refuses joints between links of the robot in <gazebo>, which Gazebo adds to those of the tree.
 void urdf_reader::check_gazebo_joints() const {
   for (const pugi::xml_node gazebo : root_.node().children("gazebo"))
@@ -468,7 +484,7 @@ void urdf_reader::ignore(const element &joint, const char *tag, const joint_desc
     unused_.in_joint(tag, "no effect on a " + std::string(row_of(out.kind).name) + " joint", out.name);
 }
 
-void urdf_reader::warn_of_extensions() {
+void urdf_reader::warn() {
   if (!joints_beyond_urdf_.empty())
     robot_.warnings.push_back(text::printable("joint " + text::listed(joints_beyond_urdf_) + ": " +
                                               text::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
@@ -476,6 +492,9 @@ void urdf_reader::warn_of_extensions() {
                                               " beyond URDF, which other readers may refuse"));
   for (const auto &[what, joints] : drake_joints_)
     robot_.warnings.push_back(text::printable("joint " + text::listed(joints) + ": " + what));
+  for (const auto &[what, joints] : negative_limits_)
+    robot_.warnings.push_back(text::printable("joint " + text::listed(joints) + ": the limit of " + what +
+                                              " is negative, and none is taken: it is a magnitude; correct it"));
 }
 
 void urdf_reader::read_limit(const element &joint, joint_description &out) {
@@ -483,8 +502,13 @@ void urdf_reader::read_limit(const element &joint, joint_description &out) {
   if (!limit)
     return;
   limit.expect({"lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"}, {});
-  out.effort = limit.number("effort");
-  out.velocity = limit.number("velocity");
+  const auto magnitude = [&](const char *name) {
+    const optional_number x = limit.number(name);
+    if (x && *x < 0)
+      negative_limits_[name].push_back(out.name);
+    return x && *x < 0 ? std::nullopt : x;
+  };
+  out.effort = magnitude("effort"), out.velocity = magnitude("velocity");
   for (const char *name : {"acceleration", "deceleration", "jerk"})
     if (limit.has(name))
       unused_.in_joint("limit " + std::string(name), "not used", out.name);

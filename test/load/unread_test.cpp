@@ -248,3 +248,19 @@ TEST_CASE("unread: gears that would not turn") {
           "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint></model></sdf>"),
       {"joint g: its <gearbox_ratio> is 0"});
 }
+
+TEST_CASE("unread: limits that are negative, and gravity that a simulator turns off, are said") {
+  const auto robot = read(urdf("<gazebo reference=\"a\"><turnGravityOff> true </turnGravityOff></gazebo>"
+                               "<gazebo reference=\"b\"><gravity>0</gravity></gazebo>"
+                               "<gazebo reference=\"r\"><gravity>1</gravity></gazebo>"));
+  CHECK(robot.warnings ==
+        std::vector<std::string>{"link a, b: <gazebo> turns gravity off, but gravity acts on all links"});
+  const auto negative =
+      read("<robot><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"revolute\"><parent link=\"a\"/>"
+           "<child link=\"b\"/><limit effort=\"-1\" velocity=\"-2\"/></joint></robot>");
+  CHECK((!negative.joints[0].effort && !negative.joints[0].velocity));
+  CHECK(negative.warnings ==
+        std::vector<std::string>{
+            "joint j: the limit of effort is negative, and none is taken: it is a magnitude; correct it",
+            "joint j: the limit of velocity is negative, and none is taken: it is a magnitude; correct it"});
+}
