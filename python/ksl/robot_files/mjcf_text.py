@@ -19,6 +19,8 @@ from ksl.robot_files.assembly import unused
 KINDS = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide", "spherical": "ball", "floating": "free"}
 LEAST = "1e-9"
 """kg and kg m² that MuJoCo gives to moving bodies without mass, which it refuses."""
+FLAT = 1e-9
+"""What the moments of points, rods and plates get besides, of the largest: MuJoCo refuses what rounding leaves of them."""
 WORLD, BEYOND = "world", 1e10
 """The name that MuJoCo gives to the ground, and what its numbers can't exceed: where a joint has a limit on one side alone."""
 
@@ -28,14 +30,15 @@ def mjcf_text(m: Model) -> str:
     `actuatorfrcrange`; loops are `equality` constraints, soft ones, between sites; each drive is a motor, named as its joint.
 
     A model without named drives has a motor at each joint that has one coordinate and an effort limit.  Damping, dry friction and springs are written as the file
-    has them, whatever physics= names.  Raises ValueError for kinds of joints that MuJoCo doesn't have, and for force elements.
+    has them, whatever physics= names.  Points, rods and plates, whose moments MuJoCo refuses where they are rounded, get a billionth of their largest moment about every axis.
+    Raises ValueError for kinds of joints, moments and limits that MuJoCo doesn't have, and for force elements.
 
         Path("leg.xml").write_text(ksl.mjcf.text(m))
     """
     if m.force_elements:
         raise ValueError(f"force element {m.force_elements[0].name}: it is not written as MJCF; leave it out of the file")
     root = ET.Element("mujoco", model=m.name or "robot")
-    ET.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"} | _lightest(m))
+    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
     ET.SubElement(root, "option", gravity=_text(m.gravity))
     world = ET.SubElement(root, "worldbody")
     drawn = m.neutral()
@@ -47,13 +50,16 @@ def mjcf_text(m: Model) -> str:
         if link.name == WORLD and parent is None and not above.nv and link.mass == 0:
             bodies[link.name] = world
             continue
+        if above.kind == "floating" and parent is not None:
+            parent = _ground(m, above)
         X = poses[link.name] if parent is None else _inverse(poses[parent]) @ poses[link.name]
         name = link.name if link.name != WORLD else unused(WORLD, poses)
         body = ET.SubElement(world if parent is None else bodies[parent], "body", name=name, pos=_text(X[:3, 3]), quat=_quaternion(X[:3, :3]))
         bodies[link.name] = body
-        if above.nv or above.leader is not None:
+        moves = above.nv > 0 or above.leader is not None
+        if moves:
             _add_joint(body, above, float(m.position_of(above, drawn)) if above.one_coordinate else 0.0)
-        _add_inertia(m, body, link.name)
+        _add_inertia(m, body, link.name, moves)
     constraints = _constraints(m, bodies)
     if len(constraints):
         root.append(constraints)
@@ -77,17 +83,18 @@ def write_mjcf(m: Model, path: str | os.PathLike[str]) -> str:
     return text
 
 
-def _lightest(m: Model) -> dict[str, str]:
-    moving = {joint.child for joint in m.joints if joint.nv or joint.leader is not None}
-    has_light = any(link.mass == 0 for link in m.links if link.name in moving)
-    return {"boundmass": LEAST, "boundinertia": LEAST} if has_light else {}
+def _ground(m: Model, joint: Joint) -> None:
+    """MuJoCo's free bodies are on the ground: None, if what this joint is on doesn't move."""
+    on: str | None = joint.parent
+    while on is not None:
+        above = m.joint_above(on)
+        if above.nv or above.leader is not None:
+            raise ValueError(f"joint {joint.name}: it floats on {joint.parent}, which moves, and MuJoCo's free joints are on the ground; give it one there")
+        on = above.parent
 
 
 def _add_joint(body: ET.Element, joint: Joint, drawn: float) -> None:
     """drawn: its position where the bodies are as the file has them, which of a follower is its offset."""
-    if joint.kind == "floating":
-        ET.SubElement(body, "freejoint", name=joint.name)
-        return
     if joint.kind not in KINDS:
         raise ValueError(f"joint {joint.name}: MJCF has no {joint.kind} joint; describe it by hinges and slides")
     given = {"name": joint.name, "type": KINDS[joint.kind]}
@@ -112,17 +119,25 @@ def _add_joint(body: ET.Element, joint: Joint, drawn: float) -> None:
     ET.SubElement(body, "joint", given)
 
 
-def _add_inertia(m: Model, body: ET.Element, name: str) -> None:
+def _add_inertia(m: Model, body: ET.Element, name: str, moves: bool) -> None:
     link = m.link(name)
-    if link.mass == 0:
+    if link.mass == 0 and not any(link.inertia):
+        if moves:
+            ET.SubElement(body, "inertial", pos="0 0 0", mass=LEAST, diaginertia=f"{LEAST} {LEAST} {LEAST}")
         return
-    c = np.array(link.first_moment) / link.mass
+    mass = link.mass or float(LEAST)
+    c = np.array(link.first_moment) / mass
     xx, yy, zz, xy, yz, zx = link.inertia
-    I = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    least = float(np.linalg.eigvalsh(I)[0])
-    if least <= 0.0:  # of points and thin rods: MuJoCo wants every principal moment positive
-        I += np.eye(3) * (1e-12 - least)
-    ET.SubElement(body, "inertial", pos=_text(c), mass=repr(link.mass), fullinertia=_text((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
+    I = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - mass * (c @ c * np.eye(3) - np.outer(c, c))
+    moments, axes = np.linalg.eigh(I)  # which MuJoCo finds to 1e-12 kg m² only
+    small, middle, large = moments.tolist()
+    rounding = 1e-13 * max(map(abs, link.inertia))
+    if small + middle < (1 - FLAT) * large - rounding:
+        raise ValueError(f"link {name}: its moments {small:.6g}, {middle:.6g}, {large:.6g} are those of no body, and MuJoCo refuses them; correct its inertia")
+    if small + middle <= (1 + 1e-12) * large + rounding:
+        moments += max(FLAT * large, rounding, 1e-14) - min(small, 0.0)
+    axes[:, 0] *= np.linalg.det(axes)
+    ET.SubElement(body, "inertial", pos=_text(c), quat=_quaternion(axes), mass=repr(mass), diaginertia=_text(moments))
 
 
 def _constraints(m: Model, bodies: dict[str, ET.Element]) -> ET.Element:
