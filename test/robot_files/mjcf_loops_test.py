@@ -94,6 +94,9 @@ def test_actuators_name_the_drives():
     assert loaded(connect + follows, '<motor tendon="t"/>', both).drives == ("ja",)
     assert loaded(connect + follows, '<motor joint="jb"/>').drives == ("ja",)
     assert loaded(connect, "").drives is None
+    if hasattr(mujoco.mjtTrn, "mjTRN_SO3"):
+        ball = ksl.load_string(robot(ARM.replace('name="ja" axis="0 0 1"', 'name="ja" type="ball"'), connect, '<actuator><orientation joint="ja"/></actuator>'))
+        assert ball.drives == ("ja",) and ball.joint("ja").kind == "spherical"
     stack = ARM.replace('<joint name="jb" axis="0 0 1"/>', '<joint name="jb" axis="0 0 1"/><joint name="jc" axis="1 0 0"/>')
     kinds = [
         [m.joint(x).kind for x in m.joint_names]

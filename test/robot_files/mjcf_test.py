@@ -387,6 +387,9 @@ def test_what_joins_bodies_and_is_not_known_is_refused(tmp_path, count, dim, dof
     mj = mujoco.MjModel.from_xml_string(
         f'<mujoco><worldbody><body name="b"><joint name="j"/>{BODY}</body></worldbody><equality><joint joint1="j"/></equality></mujoco>'
     )
+    mj.body_plugin[1] = 0
+    with pytest.warns(ksl.DescriptionWarning, match="a plugin acts on body b, with forces that KSL doesn't read"):
+        mjcf.model_of(mj)
     mj.eq_type[0] = 7
     with pytest.raises(ksl.DescriptionError, match="equality constraint 1 is of kind 7, which KSL doesn't know"):
         mjcf.model_of(mj)

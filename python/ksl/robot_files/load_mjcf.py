@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ksl.base.errors import DescriptionError, DescriptionWarning
 from ksl.base.files_read import InputFile
+from ksl.base.words import listed
 from ksl.model.builder import Builder, core_of_builder
 from ksl.mechanism.core_sentences import with_file
 from ksl.mechanism.joint_kinds import KINDS, Kind
@@ -151,6 +152,8 @@ class _Reader:
             if i not in self.handles:
                 self.add_body(i)
         self.say_handles()
+        if pulled := [self.bodies[i] for i in np.flatnonzero(mj.body_plugin >= 0)]:
+            self.said.append(f"a plugin acts on body {listed(pulled, 6)}, with forces that KSL doesn't read: they are missing")
         self.add_sites()
         self.add_loops()
         self.force_elements, self.of_tendons = add_force_elements(self.builder, mj, self.bodies, self.joints, self.handles, self.said.append)

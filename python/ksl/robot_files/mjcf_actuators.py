@@ -9,8 +9,8 @@ import numpy as np
 
 from ksl.robot_files.mjcf_frames import Array
 
-ON_JOINT, ON_JOINT_IN_PARENT, ON_TENDON = 0, 1, 3
-"""Values of mjtTrn, which MuJoCo publishes."""
+ON_JOINT, ON_JOINT_IN_PARENT, ON_TENDON, ON_ROTATION = 0, 1, 3, 6
+"""Values of mjtTrn, which MuJoCo publishes; the last one since MuJoCo 4."""
 WRAPS_JOINT = 1
 """The value of mjtWrap for joints of fixed tendons."""
 SLIDE, HINGE = 2, 3
@@ -50,7 +50,7 @@ def actuated(mj: Any, i: int) -> list[int]:
     at, on = int(mj.actuator_trnid[i, 0]), int(mj.actuator_trntype[i])
     if is_off(mj, i):
         return []
-    if on in (ON_JOINT, ON_JOINT_IN_PARENT):
+    if on in (ON_JOINT, ON_JOINT_IN_PARENT) or (on == ON_ROTATION and mj.actuator_trnid[i, 1] < 0):  # of a ball; otherwise between sites
         return [at]
     return list(tendon_terms(mj, at) or {}) if on == ON_TENDON else []
 
