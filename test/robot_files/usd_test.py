@@ -196,6 +196,20 @@ def test_units_and_axes_that_are_not_given_are_said(tmp_path):
         ksl.load(tmp_path / "arm.usda")
 
 
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+def test_layers_in_other_units_are_said(tmp_path):
+    """As of a robot in centimetres that a scene in metres refers to: a hundred times as long."""
+    own = 'metersPerUnit = 0.01\n kilogramsPerUnit = 0.001\n upAxis = "Y"\n'
+    inner = f'#usda 1.0\n(\n {own} defaultPrim = "r"\n)\ndef "r"\n{{\n def "a" ( apiSchemas = ["PhysicsRigidBodyAPI"] )\n {{\n }}\n}}\n'
+    (tmp_path / "inner.usda").write_text(inner)
+    refer = "\n)\n" + 'def "x" ( references = @./inner.usda@ )\n{\n}\n'
+    sublayer = "\n subLayers = [@./inner.usda@]\n)\n"
+    for units, by, times in (('metersPerUnit = 1\n upAxis = "Z"', refer, 1), ("metersPerUnit = 1", sublayer, 1), (own, refer, 0), (own, sublayer, 0)):
+        (tmp_path / "top.usda").write_text(f"#usda 1.0\n(\n {units}{by}")
+        said = [line for line in ksl.load(tmp_path / "top.usda", masses="optional").warnings if line.startswith("layer inner.usda gives")]
+        assert len(said) == times and all("metersPerUnit = 0.01, and the stage 1; kilogramsPerUnit = 0.001, and the stage 1" in line for line in said)
+
+
 def test_gravity_points_down_the_axis_that_is_up(tmp_path):
     for up, gravity in (("Y", (0, -9.81, 0)), ("Z", (0, 0, -9.81))):
         Writer(tmp_path / f"{up}.usda", arm(np.random.default_rng(5)), up=up)

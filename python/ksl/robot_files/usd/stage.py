@@ -195,7 +195,27 @@ def units_of(stage: Any) -> Stage:
     if up != "Z":
         made.said.append(f"up is the axis {up} of the file (upAxis): the world's axes stay as they are, and gravity points down along {up}")
     _find(made)
+    _say_other_units(made)
     return made
+
+
+def _say_other_units(stage: Stage) -> None:
+    """Layers of bodies, colliders and joints that give other units or axes than the stage, which USD doesn't convert."""
+    own = {"metersPerUnit": f"{stage.length:g}", "kilogramsPerUnit": f"{stage.mass:g}", "upAxis": stage.up}
+    other = {}
+    for layer in stage.stage.GetUsedLayers():
+        given = {key: layer.pseudoRoot.GetInfo(key) for key in own if layer.pseudoRoot.HasInfo(key)}
+        words = {key: x if isinstance(x, str) else f"{x:g}" for key, x in given.items()}
+        if differing := [f"{key} = {x}, and the stage {own[key]}" for key, x in words.items() if x != own[key]]:
+            other[layer.identifier] = f"layer {layer.GetDisplayName()} gives {'; '.join(differing)}"
+    if not other:
+        return
+    prims = [*stage.bodies.values(), *stage.joints.values(), *(part for parts in stage.parts.values() for part in parts)]
+    for identifier in dict.fromkeys(spec.layer.identifier for prim in prims for spec in prim.prim.GetPrimStack()):
+        if identifier in other:
+            stage.said.append(
+                f"{other[identifier]}: USD converts nothing from layer to layer, and KSL takes its numbers as the stage's: scale and turn them where it is referred to, or give both the same"
+            )
 
 
 def _find(stage: Stage) -> None:
