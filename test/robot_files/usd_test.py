@@ -286,7 +286,7 @@ def test_joints_of_six_freedoms(tmp_path):
     axis = {f"physics:{name}": old.GetAttribute(f"physics:{name}").Get() for name in ("localPos0", "localPos1", "localRot0", "localRot1")}
     targets = UsdPhysics.Joint(old).GetBody1Rel().GetTargets()
 
-    def six(*free, limits=(-30.0, 60.0)):
+    def six(*free, limits=(-30.0, 60.0), locked=(1.0, -1.0)):
         w.stage.RemovePrim("/robot/j0")
         joint = UsdPhysics.Joint.Define(w.stage, "/robot/j0")
         joint.CreateBody1Rel().SetTargets(targets)
@@ -294,7 +294,7 @@ def test_joints_of_six_freedoms(tmp_path):
             joint.GetPrim().GetAttribute(name).Set(value)
         for freedom in ("transX", "transY", "transZ", "rotX", "rotY", "rotZ"):
             limit = UsdPhysics.LimitAPI.Apply(joint.GetPrim(), freedom)
-            for end, value in zip((limit.CreateLowAttr, limit.CreateHighAttr), limits if freedom in free else (1.0, -1.0)):
+            for end, value in zip((limit.CreateLowAttr, limit.CreateHighAttr), limits if freedom in free else locked):
                 if value is not None:
                     end(value)
         w.stage.Save()
@@ -303,7 +303,10 @@ def test_joints_of_six_freedoms(tmp_path):
     found = six("rotX")
     assert found.joint("j0").kind == "revolute" and (found.joint("j0").lower, found.joint("j0").upper) == pytest.approx((-np.pi / 6, np.pi / 3))
     same_dynamics(m, found, m.joint_names)
-    assert six().joint("j0").kind == "fixed"
+    assert six().joint("j0").kind == six(locked=(0.0, 0.0)).joint("j0").kind == "fixed"
+    assert six("rotX", locked=(0.0, 0.0)).joint("j0").kind == "revolute" and six("rotX", limits=(30.0, 30.0)).joint("j0").lower == pytest.approx(np.pi / 6)
+    with pytest.raises(ksl.DescriptionError, match=r"joint j0: is held in rotX \(at 30\), rotY \(at 30\) by limits that are the same"):
+        six("rotX", "rotY", limits=(30.0, 30.0))
     for limits, known in (((-30.0, 60.0), True), ((None, 60.0), True), ((-np.inf, np.inf), False), ((None, None), False)):
         ball = six("rotX", "rotY", "rotZ", limits=limits)
         assert (
@@ -313,7 +316,8 @@ def test_joints_of_six_freedoms(tmp_path):
     for of, rows in ("rot", slice(3, 6)), ("trans", slice(3)):  # the axes of a right-handed frame
         along = [r.jacobian(r.neutral(), f"link:{r.joint('j0').child}", axes="world")[rows, 0] for r in (six(f"{of}{axis}") for axis in "XYZ")]
         assert np.abs(np.cross(along[0], along[1:]) - [along[2], -along[1]]).max() < 1e-6
-    assert "joint j0 (all of its freedoms are free)" in six("transX", "transY", "transZ", "rotX", "rotY", "rotZ").unused
+    for limits, more in (((-np.inf, np.inf), ""), ((-30.0, 60.0), ", as if within the limits of transX, transY, transZ, rotX, rotY, rotZ")):
+        assert f"joint j0 (all of its freedoms are free{more})" in six("transX", "transY", "transZ", "rotX", "rotY", "rotZ", limits=limits).unused
     assert six("rotX", "transX").joint("j0").kind == "cylindrical" and six("transX", "transY", "transZ").joint("j0").kind == "translation"
     with pytest.raises(ksl.DescriptionError, match="joint j0: is free in rotX, rotY, which no kind of joint is; lock some of them"):
         six("rotX", "rotY")
@@ -701,6 +705,9 @@ def test_numbers_of_joints_are_used_or_named(tmp_path):
     assert set(found.unused) == {*filter(None, named.values()), "physics:velocity of a", "physxRigidBody:disableGravity of a"}
     idle = HINGE.replace("PhysicsRevoluteJoint", "PhysicsSphericalJoint").format("", "float physxJoint:armature = 3\nfloat physics:lowerLimit = -3")
     assert ksl.load(scene(tmp_path / "a.usda", more=idle)).unused == ("physics:lowerLimit of j", "physxJoint:armature of j")
+    for angle, said in (("0", "joint j: physics:coneAngle1Limit of 0 lets a ball turn about its axis alone"), ("30", None)):
+        ball = ksl.load(scene(tmp_path / "a.usda", more=idle.replace("physics:lowerLimit = -3", f"physics:coneAngle1Limit = {angle}")))
+        assert any(line.startswith(said) for line in ball.warnings) if said else "physics:coneAngle1Limit of j" in ball.unused
     one = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:upperLimit = 3"))).joint("j")
     assert (one.lower, one.upper) == (None, pytest.approx(np.pi / 60))
     crossed = ksl.load(scene(tmp_path / "a.usda", more=HINGE.format("", "float physics:lowerLimit = 45\nfloat physics:upperLimit = 30")))

@@ -15,6 +15,7 @@ from ksl.robot_files.usd.stage import Prim, Stage, other, rotation, three
 
 AXES = dict(zip("XYZ", np.eye(3), strict=True))
 _KINDS = {"PhysicsFixedJoint": "fixed", "PhysicsRevoluteJoint": "revolute", "PhysicsPrismaticJoint": "prismatic", "PhysicsSphericalJoint": "spherical"}
+CONES = ("physics:coneAngle0Limit", "physics:coneAngle1Limit")
 NO_SPEED_LIMIT = 1e6
 """deg/s or units/s: PhysX's default, which limits nothing."""
 _FREEDOMS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
@@ -78,6 +79,10 @@ def _kind(stage: Stage, given: Prim, name: str) -> tuple[str, str]:
     type_name = given.kind.type_name
     if type_name in _KINDS:
         kind = _KINDS[type_name]
+        if closed := [cone for cone in CONES if given.get(cone) == 0]:
+            stage.said.append(
+                f"joint {name}: {', '.join(closed)} of 0 lets a ball turn about its axis alone; KSL reads one that turns freely: give a revolute joint"
+            )
         if kind not in ("revolute", "prismatic"):
             return kind, ""
         axis = str(given.get("physics:axis"))
@@ -105,15 +110,20 @@ def _require_slack(stage: Stage, given: Prim, name: str) -> None:
 
 
 def _kind_of_six(stage: Stage, given: Prim, name: str) -> tuple[str, str]:
-    """The kind, and the axis, of a joint that limits each of six freedoms: one whose lower limit is above the upper one is locked."""
-    free = []
+    """The kind, and the axis, of a joint that limits each of six freedoms: one whose lower limit is above the upper one, or both of which are 0, is locked."""
+    free, held = [], []
     for freedom in _FREEDOMS:
         low, high = _bounds(given, freedom)
-        if low is None or high is None or low <= high:
+        if low is None or high is None or low < high or low == high != 0:
             free.append(freedom)
+            held += [f"{freedom} (at {low:g})"] if low is not None and low == high else []
     turns, slides = [f for f in free if f.startswith("rot")], [f for f in free if f.startswith("trans")]
+    limited = [f for f in free if any(x is not None and math.isfinite(x) for x in _bounds(given, f))]
+    if held and len(free) > 1:
+        raise DescriptionError(f"joint {name}: is held in {', '.join(held)} by limits that are the same; turn or move its frames so that it is held at 0")
     if len(free) == 6:
-        stage.unused.append(f"joint {name} (all of its freedoms are free)")
+        limits = f", as if within the limits of {', '.join(limited)}" if limited else ""
+        stage.unused.append(f"joint {name} (all of its freedoms are free{limits})")
         return "", ""
     known: dict[tuple[int, int], str] = {(0, 0): "fixed", (1, 0): "revolute", (0, 1): "prismatic", (3, 0): "spherical", (0, 3): "translation"}
     along_one = len(turns) == len(slides) == 1 and turns[0][-1] == slides[0][-1]
@@ -122,7 +132,6 @@ def _kind_of_six(stage: Stage, given: Prim, name: str) -> tuple[str, str]:
         raise DescriptionError(
             f"joint {name}: is free in {', '.join(free)}, which no kind of joint is; lock some of them, or give two joints with a body between"
         )
-    limited = [f for f in free if any(x is not None and math.isfinite(x) for x in _bounds(given, f))]
     if limited and kind not in ("revolute", "prismatic"):
         stage.unused.append(f"limits of joint {name} in {', '.join(limited)}: those of revolute and prismatic joints are read")
     return kind, (turns or slides)[0] if kind in ("revolute", "prismatic", "cylindrical") else ""
