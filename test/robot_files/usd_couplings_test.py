@@ -128,6 +128,7 @@ TWO = "rel {} = [</r/A>, </r/B>]"
         ({"joints": ("", newton("C"), ""), "schemas": ("", NEWTON, "")}, "a joint that turns and one that slides have no unit in common"),
         ({"joints": ("", newton("A", "nan"), ""), "schemas": ("", NEWTON, "")}, "joint B: NewtonMimicAPI: its ratio is nan"),
         ({"joints": ("", newton("A", "0"), ""), "schemas": ("", NEWTON, "")}, "its ratio is 0; expected a magnitude of"),
+        ({"joints": ("", newton("A", "2", "0", "double mjc:coef3 = 1"), ""), "schemas": ("", NEWTON, "")}, "mjc:coef3 .* a polynomial of it that isn't linear"),
         (
             {"joints": ("", newton("A", "1", "inf"), ""), "schemas": ("", NEWTON, "")},
             r"its offset is inf rad or m; expected a magnitude of 0 to 1e\+09 rad or m;",

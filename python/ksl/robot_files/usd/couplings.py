@@ -153,6 +153,8 @@ def _mimic(stage: Stage, found: dict[str, Connection], prim: Prim, name: str, ta
         return []
     if len(targets) != 1 or targets[0] not in stage.joints or targets[0] == path:
         raise DescriptionError(f"{who}: {name} names {len(targets)} joints; expected one other joint; correct it, or remove the schema")
+    if curved := [f"mjc:coef{k}" for k in (2, 3, 4) if _number(prim, f"mjc:coef{k}", 0.0)]:
+        raise DescriptionError(f"{who}: {', '.join(curved)} of MjcEqualityJointAPI make a polynomial of it that isn't linear; make it linear, or remove it")
     unit, of_leader = _unit(stage, found, path), _unit(stage, found, targets[0])
     if newton:
         if unit != of_leader:

@@ -9,9 +9,9 @@ import numpy as np
 
 from ksl.base.errors import DescriptionError
 from ksl.base.judged import MOMENT, Bounds, judged
-from ksl.robot_files.assembly import AT_REST, Array, Body, Connection, inverse
+from ksl.robot_files.assembly import AT_REST, Array, Body, Connection, inverse, unused
 from ksl.robot_files.usd.couplings import GEARS
-from ksl.robot_files.usd.stage import Prim, Stage, other, rotation, three
+from ksl.robot_files.usd.stage import STACKS, Prim, Stage, other, rotation, three
 
 AXES = dict(zip("XYZ", np.eye(3), strict=True))
 _KINDS = {"PhysicsFixedJoint": "fixed", "PhysicsRevoluteJoint": "revolute", "PhysicsPrismaticJoint": "prismatic", "PhysicsSphericalJoint": "spherical"}
@@ -42,6 +42,41 @@ def joints_of(stage: Stage, bodies: dict[str, Body]) -> tuple[dict[str, Connecti
         if any(schema.startswith("PhysicsDriveAPI") for schema in given.kind.schemas):
             driven.append(name)
     return {**_held(stage, bodies, found), **found}, driven
+
+
+def stack(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]) -> None:
+    """Puts joints with one coordinate between the same two bodies one after the other, where Newton's schema says that they add freedoms: the first of the file
+    is on body0, and a body without mass is after each but the last.  Those elsewhere close loops, as UsdPhysics has it."""
+    first_of: dict[tuple[int | None, int | None], tuple[str, Connection]] = {}
+    names = {body.name for body in bodies.values()}
+    for path, c in list(found.items()):
+        if c.closes or path not in stage.joints:
+            continue
+        pair = c.first, c.second
+        if pair not in first_of and pair[::-1] not in first_of:
+            first_of[pair] = path, c
+            continue
+        _, before = first_of.get(pair) or first_of[pair[::-1]]
+        if (
+            pair not in first_of
+            or c.second is None
+            or not all(one.kind in ("revolute", "continuous", "prismatic") for one in (c, before))
+            or not _stacks(stage, path)
+        ):
+            stage.said.append(
+                f"joint {c.name}: is between the same bodies as joint {before.name}, and holds them, too, as UsdPhysics has it; if both add freedoms, say so by {STACKS} of their articulation, or give a body between"
+            )
+            continue
+        between = unused(f"{before.name}_body", names)
+        names.add(between)
+        bodies[between] = Body(between, list(bodies.values())[c.second].pose)
+        before.second, c.first, c.at_first = len(bodies) - 1, len(bodies) - 1, c.at_second.copy()
+        first_of[pair] = path, c
+
+
+def _stacks(stage: Stage, path: str) -> bool:
+    ends = [str(target.GetPrimPath()) for relation in stage.joints[path].relations.values() for target in relation.GetTargets()]
+    return any(f"{at}/".startswith(f"{root}/") for root in stage.stacking for at in (path, *ends))
 
 
 def _held(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]) -> dict[str, Connection]:

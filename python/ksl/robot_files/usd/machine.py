@@ -151,7 +151,7 @@ def _require_whole(stage: Any) -> None:
 def _read(opened: object, independent: bool, trap: _Trap) -> Machine:
     """What a stage says.  Raises ValueError for values that USD lets a file have and that make no sense."""
     from ksl.robot_files.usd.couplings import couple
-    from ksl.robot_files.usd.joints import joints_of
+    from ksl.robot_files.usd.joints import joints_of, stack
     from ksl.robot_files.usd.masses import bodies_of
     from ksl.robot_files.usd.stage import gravity_of, require_values, units_of
     from ksl.robot_files.usd.unused import list_unused
@@ -162,6 +162,7 @@ def _read(opened: object, independent: bool, trap: _Trap) -> Machine:
         bodies = bodies_of(stage)
         joints, driven = joints_of(stage, bodies)
         followers = couple(stage, bodies, joints, independent)
+        stack(stage, bodies, joints)
         list_unused(stage)
         gravity = [float(x) for x in gravity_of(stage)]
         lines = trap.lines()

@@ -22,6 +22,7 @@ TRUE_ANGLES = 1e-5
 """Cosine of the angle between two axes of a prim, from which on they are sheared: single precision leaves less."""
 EXACT = 1e-12
 """What double precision leaves of products of a rotation's columns."""
+STACKS = "newton:jointsAddMobility"
 NO_TURN = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 NOTHING: frozenset[str] = frozenset()
 
@@ -59,6 +60,8 @@ class Stage:
     """{path of a body: its colliders that are enabled}."""
     massive: dict[str, list[Prim]] = field(default_factory=dict)
     """{path of a body: prims below it that have a mass or a density and are no collider that counts}."""
+    stacking: list[str] = field(default_factory=list)
+    """Paths of articulations in which several joints between two bodies add freedoms, one after the other (newton:jointsAddMobility)."""
     scenes: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -289,6 +292,8 @@ def _note(stage: Stage, prim: Any, kind: Kind, disabled: list[str]) -> None:
             stage.parts[body].append(known)
         elif body != path and "PhysicsMassAPI" in kind.schemas:
             stage.massive[body].append(known)
+    if STACKS in authored and known.get(STACKS) is True:
+        stage.stacking.append(path)
     if kind.is_joint:
         stage.joints[path] = known
     elif kind.is_scene:

@@ -14,7 +14,7 @@ from ksl.robot_files.usd.stage import Stage
 READ = re.compile(
     r"physics:(body[01]|local(Pos|Rot)[01]|axis|(lower|upper)Limit|jointEnabled|excludeFromArticulation|(min|max)Distance|mass|density|centerOfMass|diagonalInertia"
     r"|principalAxes|rigidBodyEnabled|kinematicEnabled|gearRatio|ratio|hinge[01]?|prismatic)|limit:\w+:physics:(low|high)|drive:\w+:physics:maxForce"
-    r"|physxJoint:(maxJointVelocity|armature)|physxMimicJoint:.*|newton:mimic.*"
+    r"|physxJoint:(maxJointVelocity|armature)|physxMimicJoint:.*|newton:mimic.*|newton:jointsAddMobility"
 )
 """What joints.py, masses.py and couplings.py read, or list themselves."""
 NUMBERS = re.compile(r"physics:(lower|upper)Limit|limit:\w+:physics:(low|high)|drive:\w+:physics:maxForce|physxJoint:(maxJointVelocity|armature)")
