@@ -15,6 +15,7 @@ from ksl.generation import c99, requests
 from ksl.output import OutputError
 
 ALGORITHMS = ["inverse_dynamics", "forward_dynamics", "jacobian:tool0", "reactions", "energy", "hybrid_dynamics:elbow", "relative_pose:tool0+base_link"]
+ALGORITHMS += ["mass_matrix_upper", "jvp.mass_matrix_upper"]  # not written whole
 
 
 @pytest.mark.parametrize("scalar", ["double", "float"])

@@ -15,7 +15,7 @@ from ksl.generation.cache import cached
 from ksl.generation.card.compiled import compiled_for_card
 from ksl.generation.compiler import Compiler, find_compiler
 from ksl.generation.arguments import Arguments
-from ksl.generation.requests import functions_of, is_differentiated
+from ksl.generation.requests import functions_of, is_differentiated, refuse_unwritten
 from ksl.model.model import with_code
 
 if TYPE_CHECKING:
@@ -58,8 +58,7 @@ def compiled(
             raise ArgumentError(
                 f"algorithms: {function.row} of this closed mechanism is put together by the library from several calls, whose bits code doesn't have; ksl.generate makes a function of it"
             )
-        if (function.recording.outputs < 0).any():
-            raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and isn't compiled; the whole matrix is")
+    refuse_unwritten(functions, "isn't compiled; the whole matrix is")
     lanes = instruction_bytes(_core.instruction_set()) // (4 if single else 8)
     text, memory = source(functions, PREFIX, scalar, lanes)
     library = load(text, find_compiler(compiler))

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Literal
 from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.arguments import arguments_given
 from ksl.generation.casadi_files import casadi_source, checked_derivatives
-from ksl.generation.cuda.kernels import refuse_unwritten
 from ksl.generation.files import Code
 from ksl.generation.flash import refuse_larger
 from ksl.generation.lanes_files import POSSIBLE
 from ksl.generation.open_reactions import Undetermined
-from ksl.generation.requests import checked_prefix, functions_of
+from ksl.generation.requests import checked_prefix, functions_of, refuse_unwritten
 from ksl.output import refuse_inputs, refuse_unknown, staged
 
 if TYPE_CHECKING:
@@ -95,8 +94,8 @@ def generate(
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")
     functions = functions_of(model, list(algorithms), replace(arguments_given(model, arguments), pivots=pivots), scalar == "float", undetermined)
-    if cuda:
-        refuse_unwritten(functions)
+    if cuda or lanes:
+        refuse_unwritten(functions, "has no kernel; the whole matrix has one" if cuda else "has no function of many states; the whole matrix has one")
     code = Code(model, prefix, scalar, contract, functions, lanes, abi == "casadi", cuda)
     refuse_larger(functions, scalar, code.names_bytes, flash)
     files = code.files()

@@ -110,6 +110,13 @@ def functions_of(model: Model, algorithms: Sequence[str], arguments: Arguments, 
     return list(made.values())
 
 
+def refuse_unwritten(functions: Sequence[Function], without: str) -> None:
+    """Raises ArgumentError for results that aren't written whole, where rows of many states are.  without: what there isn't of them."""
+    for function in functions:
+        if (function.recording.outputs < 0).any():
+            raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and {without}")
+
+
 def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, undetermined: Undetermined) -> Function:
     head, colon, rest = asked.partition(":")
     derivative, _, row = head.rpartition(".")

@@ -83,7 +83,8 @@ int main(void) {{
         """Definitions and the lines of main of one function."""
         name, r = f"{self.prefix}{f.name}", f.recording
         states = [self.state_of(f, k) for k in range(STATES)]
-        expected = [[np.asarray(x).reshape(-1) for x in f.results(self.model, state)] for state in states]
+        written = np.split(r.outputs >= 0, np.cumsum(r.sizes())[:-1])  # what isn't stays zero in the program
+        expected = [[np.where(to, np.ravel(x), 0) for x, to in zip(f.results(self.model, state), written)] for state in states]
         printer = Printer(r, self.prefix)
         tables = [*zip([n for n, _ in r.inputs], zip(*states)), *((f"expected_{n}", [e[k] for e in expected]) for k, (n, _) in enumerate(r.results))]
         text = ""

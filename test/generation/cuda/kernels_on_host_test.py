@@ -228,6 +228,8 @@ def test_results_that_are_not_written_whole_have_no_kernel(ur5, tmp_path):
     for ask in (lambda: kernels(ur5, ["mass_matrix_upper"]), lambda: ksl.generate(ur5, ["mass_matrix_upper"], tmp_path / "out", cuda=True)):
         with pytest.raises(ArgumentError, match="mass_matrix_upper leaves numbers of its result unwritten, and has no kernel"):
             ask()
+    with pytest.raises(ArgumentError, match="mass_matrix_upper leaves numbers of its result unwritten, and has no function of many states"):
+        ksl.generate(ur5, ["mass_matrix_upper"], tmp_path / "out", lanes=4)
 
 
 @pytest.mark.long

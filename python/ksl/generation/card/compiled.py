@@ -14,10 +14,10 @@ from ksl.generation.card.driver import Driver, system_driver
 from ksl.generation.card.functions import CardFunction, Code
 from ksl.generation.card.runs import SimulateCall
 from ksl.generation.cuda.device import definitions, device_functions
-from ksl.generation.cuda.kernels import PREFIX, Kernel, kernels, kernels_text, refuse_unwritten, signatures
+from ksl.generation.cuda.kernels import PREFIX, Kernel, kernels, kernels_text, signatures
 from ksl.generation.cuda.simulation import METHODS, motion_of, simulated, simulation
 from ksl.generation.fmus.fmu_variables import moving_joints
-from ksl.generation.requests import functions_of
+from ksl.generation.requests import functions_of, refuse_unwritten
 from ksl.model.model import code_on_card, with_card
 from ksl.model.on_card import CodeOnCard
 
@@ -53,7 +53,7 @@ def _kernels(model: Model, algorithms: Sequence[str], scalar: Literal["double", 
     functions = functions_of(model, rows + calls, arguments, scalar == "float", "least-norm")
     own, motion = functions[: len(rows)], motion_of(model, functions)
     assert motion is not None
-    refuse_unwritten(own)
+    refuse_unwritten(own, "has no kernel; the whole matrix has one")
     of = dict(zip(rows, signatures(own, PREFIX, scalar, ("rows",)))) | {asked: simulated(motion, scalar, method) for asked, method in methods.items()}
     if len(of) < len(algorithms) or len(set(methods.values())) < len(methods):
         raise ArgumentError(f"algorithms: {RUNS} comes twice")

@@ -24,12 +24,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from ksl.base.errors import ArgumentError
 from ksl.generation.arguments import Arguments, arguments_given
 from ksl.generation.cuda.device import definitions, device_functions
 from ksl.generation.cuda.turning import PIECE, WARP, in_tiles, tile_numbers, turning
 from ksl.generation.open_reactions import Undetermined
-from ksl.generation.requests import Function, functions_of
+from ksl.generation.requests import Function, functions_of, refuse_unwritten
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -74,16 +73,9 @@ def kernels(
     algorithms, arguments, undetermined: as those of :func:`ksl.generate`.  Raises ArgumentError as that does."""
     given = arguments if isinstance(arguments, Arguments) else arguments_given(model, arguments)
     functions = functions_of(model, list(algorithms), given, scalar == "float", undetermined)
-    refuse_unwritten(functions)
+    refuse_unwritten(functions, "has no kernel; the whole matrix has one")
     text = "\n".join([definitions(functions, PREFIX, scalar), device_functions(functions, PREFIX), kernels_text(functions, PREFIX, scalar, layouts)])
     return text, signatures(functions, PREFIX, scalar, layouts)
-
-
-def refuse_unwritten(functions: Sequence[Function]) -> None:
-    """Raises ArgumentError for results that aren't written whole: their tiles are."""
-    for function in functions:
-        if (function.recording.outputs < 0).any():
-            raise ArgumentError(f"algorithms: {function.row} leaves numbers of its result unwritten, and has no kernel; the whole matrix has one")
 
 
 def signatures(functions: Sequence[Function], prefix: str, scalar: Literal["double", "float"], layouts: Sequence[str]) -> list[Kernel]:
