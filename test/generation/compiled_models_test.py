@@ -10,7 +10,7 @@ from generated_code import EXAMPLES, FLAGS, FOLLOWED, run
 
 import ksl
 from ksl.base.errors import ArgumentError, CompilerError
-from ksl.generation import cache, compiled, compiler
+from ksl.generation import batches, cache, compiled, compiler, lanes_files
 from ksl.generation.arguments import Arguments
 from ksl.generation.batches import source
 from ksl.generation.c99 import Printer
@@ -297,6 +297,21 @@ def test_generated_functions_of_many_states_agree_with_the_engine(ur5, tmp_path,
     gravity, kinetic, potential = np.tile(np.array([1, 2, -3], q.dtype), (7, 1)), np.empty(7, q.dtype), np.empty(7, q.dtype)
     code.last_lanes_energy(ctypes.c_size_t(7), *(ctypes.c_void_p(x.ctypes.data) for x in (q, v, gravity, kinetic, potential)))
     assert same((kinetic, potential), ur5.with_gravity((1, 2, -3)).energy(q, v))
+
+
+def test_headers_say_the_stack_of_many_states_and_what_is_too_much_is_refused(ur5, tmp_path, monkeypatch):
+    for most in (batches.MOST_STACK, 1 << 17):
+        monkeypatch.setattr(batches, "MOST_STACK", most)
+        ksl.generate(ur5, ["inverse_dynamics_derivatives"], tmp_path, name="p", lanes=4)
+        said = int((tmp_path / "p_lanes.h").read_text().split(" bytes of stack")[0].split()[-1].replace(",", ""))
+        run("gcc", "-O2", "-ffp-contract=off", "-Wno-psabi", "-march=x86-64-v3", "-fstack-usage", "-c", "p_lanes.c", cwd=tmp_path)
+        taken = max(int(line.split("\t")[1]) for line in (tmp_path / "p_lanes.su").read_text().splitlines())
+        assert said <= min(taken, most) and taken < said + 2000
+        run("gcc", *FLAGS, "-march=x86-64-v3", "p.c", "p_lanes.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+        assert run(tmp_path / "test", cwd=tmp_path) == "all results agree\n"
+    monkeypatch.setattr(lanes_files, "LARGEST_STACK", said - 1)
+    with pytest.raises(ArgumentError, match=f"lanes=4: inverse_dynamics_derivatives of this robot takes {said:,} bytes of stack"):
+        ksl.generate(ur5, ["inverse_dynamics_derivatives"], tmp_path, name="p", lanes=4)
 
 
 def test_operators_of_jax_run_the_code(ur5):

@@ -19,6 +19,8 @@ from ksl.generation.words import WIDTH
 
 MOST_LOCAL = 512
 """So many numbers in lanes are on the stack, 32 KB; more are in the caller's memory."""
+MOST_STACK = 1 << 20
+"""Bytes, where the caller's memory is on the stack, too: fewer blocks are computed at a time there, but for one."""
 LARGEST = {False: {"double": 1e300, "float": 1e38}, True: {"double": 1e20, "float": 1e20}}
 """{squares are summed: what sums of ordinary results are below}, as the engine's kernels have it."""
 
@@ -121,12 +123,7 @@ class Batch:
 
     def memory(self) -> str:
         """Declarations of what has lanes or rows.  kept: so many packs of the caller's memory are taken."""
-        lanes, packs = (
-            f"{self.prefix}lanes",
-            [*self.function.recording.inputs, *((name, size) for (name, _, _), size in zip(self.results, self.distinct)), ("w", self.printer.kept)],
-        )
-        packs = [(name, size * self.printer.blocks) for name, size in packs]
-        rows = [(f"{name}_last", size) for name, size, _ in (*self.inputs, *self.results)]
+        lanes, (packs, rows) = f"{self.prefix}lanes", self.arrays()
         if sum(size for _, size in packs) <= MOST_LOCAL:
             text = "".join(f"  {lanes} {name}_l[{max(size, 1)}];\n" for name, size in packs)
             return text + "".join(f"  {self.scalar} {name}[{max(size, 1) * self.lanes}];\n" for name, size in rows)
@@ -139,9 +136,21 @@ class Batch:
             self.kept += size
         return text
 
+    def arrays(self) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
+        """What has lanes, for all blocks, and what has rows."""
+        packs = [*self.function.recording.inputs, *((name, size) for (name, _, _), size in zip(self.results, self.distinct)), ("w", self.printer.kept)]
+        rows = [(f"{name}_last", size) for name, size, _ in (*self.inputs, *self.results)]
+        return [(name, size * self.printer.blocks) for name, size in packs], rows
+
+    def bytes(self) -> int:
+        """So many all of them have."""
+        return sum(size for of in self.arrays() for _, size in of) * self.lanes * (8 if self.scalar == "double" else 4)
+
     def text(self) -> str:
         """Its steps, and the loop over states."""
         steps = self.printer.function(f"{self.prefix}steps_{self.number}")
+        while not self.of_library and self.printer.blocks > 1 and self.bytes() > MOST_STACK:
+            self.printer.blocks //= 2
         text = {"MEMORY": self.memory()}  # after the steps, whose parts keep numbers in w
         given = [name for name, _ in self.function.recording.inputs] + [name for name, _, _ in self.results]
         text["BLOCKS"] = str(self.printer.blocks)

@@ -15,7 +15,7 @@ from ksl.generation.c99 import NOT_FUSED, Printer, about_bytes
 from ksl.generation.cuda.files import cuda_header, cuda_source, of_the_card
 from ksl.generation.cuda.simulation import Motion, motion_of, simulation
 from ksl.generation.flash import flash_bytes, of_soft_float
-from ksl.generation.lanes_files import lanes_header, lanes_source
+from ksl.generation.lanes_files import lanes_files
 from ksl.generation.manifest import manifest
 from ksl.generation.recording import DERIVATIVES, Operation
 from ksl.generation.requests import ALONG, Function
@@ -62,8 +62,7 @@ class Code:
         """{name: text}, the same each time."""
         many = {}
         if self.lanes:
-            many[f"{self.name}_lanes.h"] = lanes_header(self.first_line(), self.name, self.scalar, self.lanes, self.functions)
-            many[f"{self.name}_lanes.c"] = lanes_source(self.first_line(), self.name, self.scalar, self.lanes, self.functions, self.contract)
+            many |= lanes_files(self.first_line(), self.name, self.scalar, self.lanes, self.functions, self.contract)
         if self.cuda:
             many |= {f"{self.name}.cuh": self.cuda_files[0], f"{self.name}.cu": self.cuda_files[1]}
         return many | {

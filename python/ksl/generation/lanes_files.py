@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.batches import INCLUDED, Batch, definitions, in_words
 from ksl.generation.c99 import NOT_FUSED
 from ksl.generation.requests import Function
 
 POSSIBLE = (2, 4, 8, 16)
 """Numbers of a vector."""
+LARGEST_STACK = 4 << 20
+"""Bytes that a function takes at most: half of what a program's first thread has on Linux."""
 
 
-def lanes_header(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function]) -> str:
-    declared = "".join(f"void {name}_lanes_{f.name}({parameters(f, scalar)});\n" for f in functions)
+def lanes_header(first_line: str, name: str, scalar: str, lanes: int, batches: Sequence[Batch]) -> str:
+    declared = "".join(
+        f"/* {batch.bytes():,} bytes of stack, and what its steps take. */\nvoid {name}_lanes_{batch.function.name}({parameters(batch.function, scalar)});\n" for batch in batches
+    )
     return f"""\
 /* {first_line}
 
@@ -42,13 +47,16 @@ def parameters(function: Function, scalar: str) -> str:
     return ", ".join(["size_t n", *(f"const {scalar} *{name}" for name, _ in recording.inputs), *(f"{scalar} *{name}" for name, _ in recording.results)])
 
 
-def lanes_source(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function], contract: bool) -> str:
+def lanes_files(first_line: str, name: str, scalar: str, lanes: int, functions: Sequence[Function], contract: bool) -> dict[str, str]:
     prefix = f"{name}_"
     batches = [Batch(function, number, prefix, scalar, lanes, of_library=False) for number, function in enumerate(functions)]
     parts = [f'/* {first_line} */\n#include "{name}_lanes.h"\n', INCLUDED, "" if contract else NOT_FUSED, definitions(batches, judged=False)]
     for batch in batches:
         parts += [batch.text(), call_of(batch, scalar, lanes)]
-    return "\n".join(parts)
+        if batch.bytes() > LARGEST_STACK:
+            more = f": {batch.function.name} of this robot takes {batch.bytes():,} bytes of stack for so many states at a time, more than {LARGEST_STACK:,}; ask for fewer lanes, or for 0"
+            raise of_argument(ArgumentError, "lanes", more, lanes)
+    return {f"{name}_lanes.h": lanes_header(first_line, name, scalar, lanes, batches), f"{name}_lanes.c": "\n".join(parts)}
 
 
 def call_of(batch: Batch, scalar: str, lanes: int) -> str:
