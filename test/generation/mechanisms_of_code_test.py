@@ -90,6 +90,21 @@ def test_what_is_linear_has_the_bits_of_the_plan(tmp_path):
         ksl.generate(m, ["reactions_regressor:boom_foot"], tmp_path / "out")
 
 
+def test_rods_that_turn_idly_have_the_bits_of_the_plan_and_nan_where_they_would_need_a_moment(tmp_path):
+    m, rng = ksl.load(EXAMPLES / "two_rod_ankle.urdf"), np.random.default_rng(2)
+    asked = ["inverse_dynamics", "forward_dynamics", "gravity_torque", "effort_parts"]
+    assert check_bits(m, asked, tmp_path, states=2) == 2 * 8 * m.nv
+    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
+    aside, *spin = rng.normal(size=(3, m.nv))
+    q = m.close(m.integrate(m.close(m.neutral()).q, 0.05 * aside)).q
+    v = m.consistent_velocity(q, spin[0], given=m.independent(q))
+    a = m.consistent_acceleration(q, v, spin[1], given=m.independent(q))
+    with pytest.raises(ksl.ResultError, match="turns idly"):
+        m.inverse_dynamics(q, v, a)
+    assert np.isnan(call(compiled(tmp_path, "p").p_inverse_dynamics, [q, v, a], [m.nv])[0]).any()
+
+
 def test_derivatives_are_nan_where_loops_are_open(tmp_path):
     m = ksl.load(EXAMPLES / "excavator.urdf")
     asked = ["inverse_dynamics_derivatives", "forward_dynamics_derivatives", "vjp.inverse_dynamics", "inverse_dynamics_regressor", "jvp.frame_pose:bucket"]

@@ -16,6 +16,7 @@ from ksl.generation.c99 import Printer
 from ksl.generation.open_reactions import closed_position
 from ksl.generation.requests import Function
 from ksl.generation.words import WIDTH
+from ksl.mechanism.freedoms import idle_bodies
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
@@ -134,9 +135,11 @@ int main(void) {{
                 x = rng.normal(size=size) * (number > 0 or name.endswith(("_dot", "_bar")))
             given[name] = x
         if self.model.loops and "v" in given:
-            given["v"] = self.model.consistent_velocity(given["q"], given["v"], given=self.model.independent(given["q"]))
-        if self.model.loops and "a" in given:
-            given["a"] = self.model.consistent_acceleration(given["q"], given["v"], given["a"], given=self.model.independent(given["q"]))
+            # idle bodies have no spin: efforts are there without moments about their lines alone
+            free = self.model.drives if self.model.drives and idle_bodies(self.model) else self.model.independent(given["q"])
+            given["v"] = self.model.consistent_velocity(given["q"], given["v"], given=free)
+            if "a" in given:
+                given["a"] = self.model.consistent_acceleration(given["q"], given["v"], given["a"], given=free)
         return [np.asarray(x, dtype) for x in given.values()]
 
 
