@@ -1,5 +1,6 @@
 """The serial model: what is exact, what is best, and that KSL and MuJoCo read from its files the same numbers."""
 
+import re
 import warnings
 
 import numpy as np
@@ -37,6 +38,19 @@ def test_what_is_exact_at_its_place(name):
     closed = B.T @ a.model.with_physics(["rotor", "armature"]).without_loops().mass_matrix(Q) @ B
     own = [serial.joint(joint).v_index for joint in a.joints]
     assert_allclose(np.diag(serial.mass_matrix(S))[own], np.diag(closed), rtol=1e-10)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_small_and_large_legs_are_as_exact(size):
+    """Masses by the cube of the size, inertias by its fifth power."""
+    text = (ROBOTS / "two_rod_ankle.urdf").read_text()
+    times = lambda power: lambda found: found[1] + " ".join(repr(size**power * float(x)) for x in found[2].split()) + '"'
+    for what, power in ((r"(<origin xyz=\")([^\"]*)\"", 1), (r"(_origin xyz=\")([^\"]*)\"", 1), (r"(<mass value=\")([^\"]*)\"", 3), (r"(\bi[xyz]{2}=\")([^\"]*)\"", 5)):
+        text = re.sub(what, times(power), text)
+    a, q = ksl.load_string(text).actuation(JOINTS["two_rod_ankle"]), np.array(AT["two_rod_ankle"])
+    serial = a.serial_model(at=q)
+    assert_allclose(serial.mass, a.model.mass, rtol=1e-12)
+    assert_allclose(first_moment(serial, at_joints(serial, a.joints, q)), first_moment(a.model, a.state(q)[0]), atol=1e-12 * a.model.mass * size)
 
 
 @pytest.mark.parametrize("name", ["two_rod_ankle", "four_bar_knee"])

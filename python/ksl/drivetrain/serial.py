@@ -159,10 +159,13 @@ class _Masses:
         inertia = np.diag(a.reflected_inertia(self.q))
         A = columns - diagonal * acceleration[..., None]
         b = lost - inertia * acceleration
-        weights = 1.0 / np.maximum(_rms(lost), 1e-9)  # of efforts in N and in N m
-        A, b = A * weights[:, None], b * weights
-        equal = np.vstack([np.ones(len(on)), places.T])
-        masses = not_negative(A.reshape(-1, len(on)), b.ravel(), equal, equal @ start)
+        size = _rms(lost)
+        weights = 1.0 / np.maximum(size, 1e-9 * (size.max() or 1.0))  # of efforts in N and in N m
+        whole, apart = start.sum(), places - places.mean(axis=0)
+        A, b = A * (whole * weights[:, None]), b * weights  # a watch and a crane have the same numbers: shares of the mass, and of the length
+        equal = np.vstack([np.ones(len(on)), apart.T / (np.abs(apart).max() or 1.0)])
+        shares = not_negative(A.reshape(-1, len(on)), b.ravel(), equal, equal @ (start / whole))
+        masses = None if shares is None else whole * shares
         fits = masses is not None and bool((diagonal @ masses <= inertia).all())  # otherwise an armature would be negative
         return masses if masses is not None and fits else start
 
