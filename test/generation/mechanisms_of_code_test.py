@@ -5,6 +5,7 @@ import pytest
 from generated_code import EXAMPLES, FLAGS, FOLLOWED, call, check_bits, compiled, on_struts, rows_of, run, spatial_four_bar
 
 import ksl
+from ksl.generation import self_test
 from ksl.generation.arguments import arguments_given
 from ksl.generation.requests import functions_of
 
@@ -114,7 +115,7 @@ def test_derivatives_are_nan_where_loops_are_open(tmp_path):
         assert all(np.isnan(x).any() for x in f.recording.play(inputs)), f.name
 
 
-def test_sizes_of_pivots_tell_where_results_are_nan(tmp_path):
+def test_sizes_of_pivots_tell_where_results_are_nan(tmp_path, monkeypatch):
     m, rng = ksl.load(EXAMPLES / "excavator.urdf"), np.random.default_rng(1)
     ksl.generate(m, ["inverse_dynamics", "gravity_torque", "frame_pose:bucket"], tmp_path, name="p", pivots=True, lanes=4)
     run("gcc", *FLAGS, "p.c", "p_lanes.c", "p_test.c", "-fno-math-errno", "-Wno-psabi", "-o", "test", "-lm", cwd=tmp_path)
@@ -125,14 +126,19 @@ def test_sizes_of_pivots_tell_where_results_are_nan(tmp_path):
         and "void p_frame_pose_bucket(const double *q, double *pose);" in header
         and "#define P_LEAST_PIVOT 0.01" in header
     )
-    code, start, seen = compiled(tmp_path, "p"), m.close(m.neutral()).q, set()
+    code, start, seen = compiled(tmp_path, "p"), m.close(m.neutral()).q, {}
     n = int(header.split("pivots (")[1].split(")")[0])
     for size in np.geomspace(0.05, 3, 60):
         found = m.close(m.integrate(start, rng.normal(size=m.nv) * size))
         if found.converged:
             tau, pivots = call(code.p_gravity_torque, [np.ascontiguousarray(found.q)], [m.nv, n])
             assert np.isnan(tau).all() == (pivots.min() < 0.01)
-            seen.add(bool(np.isnan(tau).all()))
-    assert seen == {False, True}
+            seen[bool(np.isnan(tau).all())] = found.q
+    assert set(seen) == {False, True}
+    closed = iter([seen[True], *[seen[False]] * 3])
+    monkeypatch.setattr(self_test, "closed_position", lambda model, rng: next(closed))
+    ksl.generate(m, ["gravity_torque"], tmp_path, name="p")  # its self-test is of states that have results
+    run("gcc", *FLAGS, "p.c", "p_test.c", "-o", "test", "-lm", cwd=tmp_path)
+    run(tmp_path / "test", cwd=tmp_path)
     with pytest.raises(ValueError, match="pivots"):
         ksl.generate(m, ["frame_pose:bucket"], tmp_path / "out", pivots=True)

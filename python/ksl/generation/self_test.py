@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Numbers = NDArray[np.floating[Any]]
 STATES = 3
+TRIES = 20
+"""So many states are tried for one that code of a closed mechanism has results of."""
 TOLERANCE = {"double": 1e-12, "float": 1e-4}
 """The bound, relative to the largest number of a result: for compilers that fuse products and sums, too."""
 
@@ -83,8 +85,8 @@ int main(void) {{
     def _test_of(self, f: Function) -> tuple[str, str]:
         """Definitions and the lines of main of one function."""
         name, r = f"{self.prefix}{f.name}", f.recording
-        states = [self.state_of(f, k) for k in range(STATES)]
         written = np.split(r.outputs >= 0, np.cumsum(r.sizes())[:-1])  # what isn't stays zero in the program
+        states = [self.served_state(f, k, written) for k in range(STATES)]
         expected = [[np.where(to, np.ravel(x), 0) for x, to in zip(f.results(self.model, state), written)] for state in states]
         printer = Printer(r, self.prefix)
         tables = [*zip([n for n, _ in r.inputs], zip(*states)), *((f"expected_{n}", [e[k] for e in expected]) for k, (n, _) in enumerate(r.results))]
@@ -118,6 +120,14 @@ int main(void) {{
         counter = "    int c;\n" if inputs else ""
         loop = f"for (k = 0; k < {n}; ++k) {{\n"
         return f"  {{\n{arrays}{counter}    {loop}{copies}    }}\n    {self.prefix}lanes_{f.name}({n}, {arguments});\n    {loop}{checks}    }}\n  }}\n"
+
+    def served_state(self, f: Function, number: int, written: Sequence[NDArray[np.bool_]]) -> list[Numbers]:
+        """That of the number; of closed mechanisms the next one that the pivots of the plan serve, since results are NaN elsewhere."""
+        for k in range(number, number + TRIES * STATES, STATES):
+            state = self.state_of(f, k)
+            if not self.model.loops or all(np.isfinite(x[to]).all() for x, to in zip(f.recording.play(state), written)):
+                break
+        return state
 
     def state_of(self, f: Function, number: int) -> list[Numbers]:
         """Numbers of each input of a state of the self-test.  The first is at rest; those of closed mechanisms are closed."""
