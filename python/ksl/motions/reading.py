@@ -98,7 +98,7 @@ def read_motion(
         raise MotionError(f"{found.place(int(np.argmin(np.isfinite(found.q).all(axis=1))))}: a position, interpolated, is not finite; {TOO_LARGE}")
     motion = completed(model, found.time, found.q, found.given, found.known, table.file, found.place, smooth, measured)
     source = Source(table.file, table.format, len(found.time), float(np.median(np.diff(found.time))), with_unused_together(notes))
-    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *recorded.doubts, *motion.doubts])
+    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *recorded.doubts, *found.doubts, *motion.doubts])
 
 
 @dataclass(frozen=True)
@@ -129,6 +129,7 @@ class _Sampled:
     """[v, a] of each moving joint, (n, nv) or None."""
     place: Place
     notes: list[str]
+    doubts: list[str]
 
 
 def _opened(
@@ -168,13 +169,13 @@ def _sampled(table: Recorded, model: Mechanism, columns: ColumnMap, found: _Numb
     rates = at_rest | values
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
     notes = [*samples.notes, *([f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s"] if found.is_part else [])]
-    return _Sampled(time, q, known, given, lambda k: table.place(int(rows[k])), notes)
+    return _Sampled(time, q, known, given, lambda k: table.place(int(rows[k])), notes, samples.doubts)
 
 
 def _resampled(table: Recorded, model: Mechanism, found: _Sampled, rate: float) -> _Sampled:
     joints = model.joints[: len(model.joint_names)]
     time, q, given, note = resampled(table.file, joints, found.time, found.q, found.given, rate, found.place)
-    return _Sampled(time, q, found.known, given, lambda k: f"{table.file}: sample {k + 1} after resampling", [note])
+    return _Sampled(time, q, found.known, given, lambda k: f"{table.file}: sample {k + 1} after resampling", [note], found.doubts)
 
 
 def _whole(path: str | os.PathLike[str]) -> str | os.PathLike[str]:

@@ -89,6 +89,15 @@ def test_gaps_of_recordings(longest, count):
     assert ["gap" in said([START + k * MS for k in at])[0] for at in ((0, 1, 90), (0, 1, 2, 90))] == [False, True], "two steps have no usual one"
 
 
+def test_gaps_of_a_publisher_beside_another():
+    both = [message("a", START + k * MS, position=[0.0]) for k in range(40)] + [
+        message("b", START + k * MS + 3, position=[0.1 * k]) for k in range(40) if not 10 < k < 30
+    ]
+    found = table(both)
+    found.read(found.names)
+    assert [d[:54] for d in found.doubts] == ["no samples of b between 0.009 s and 0.029 s, 20 median"], found.doubts
+
+
 @pytest.mark.parametrize(("seconds", "date"), [(100_000_000, False), (100_000_001, True)])
 def test_where_time_0_is(seconds, date):
     notes, _ = said([seconds * 10**9 + k * MS for k in range(8)])

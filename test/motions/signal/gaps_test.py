@@ -12,6 +12,7 @@ from ksl.motions.reading import read_motion
 from ksl.motions.signal.gaps import doubts_about_gaps
 
 T = np.arange(0, 4, 0.01)
+N_EVEN = np.arange(len(T)) % 2 == 0
 
 
 def doubts(leg, tmp_path, keep, hip, rates=False):
@@ -152,3 +153,18 @@ def test_a_gap_before_the_last_sample():
     time, q = np.array([0.0, 1, 2, 3, 9]), np.array([0.0, 0, 0, 0, 1])[:, None]
     (said,) = doubts_about_gaps((SLIDE,), time, q)
     assert said.startswith("no samples between 3 s and 9 s, 6 median steps, while slide moves by 1 m")
+
+
+def test_gaps_of_one_joint_beside_samples_of_others(leg, tmp_path):
+    """Of its own samples: the spline in it is nobody's motion.  Where the recording pauses, the gap is everybody's, and is told once."""
+    hip = swing(T)
+    hip[(T > 1.1) & (T < 1.8)] = np.nan
+    for moving, keep, words in (
+        (hip, T < 9, ["no samples of hip between 1.1 s and 1.8 s, 70 median steps, while it moves by 0.462 rad"]),
+        (np.where(np.isnan(hip), hip, 0.2 + 0 * T), T < 9, []),
+        (np.where(N_EVEN, swing(T), np.nan), (T <= 1.1) | (T >= 1.8), ["no samples between 1.1 s and 1.8 s, 70 median steps, while hip moves by 0.462 rad"]),
+    ):
+        file = tmp_path / "m.csv"
+        np.savetxt(file, np.c_[T, moving, 0.1 * np.cos(T)][keep], delimiter=",", header="time,hip,slide", comments="")
+        found = [d for d in read_motion(leg, file).doubts if "no samples" in d]
+        assert [d[: len(w)] for d, w in zip(found, words, strict=True)] == words

@@ -16,6 +16,7 @@ from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.units import bare, factor, unit_of
 from ksl.motions.columns.whole_numbers import continued_times
+from ksl.motions.columns.even_times import even_again, spacing_of
 
 TIME = "time"
 _NAMES = re.compile(
@@ -94,6 +95,7 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
     """Times in s, and what was done to them: their unit was converted, or dates were counted from the first sample."""
     both = f"columns {column.name!r} and {column.nanoseconds!r} are taken as seconds and nanoseconds of the time"
     time, wrapped, _ = continued_times(column.name, time)
+    spacing = spacing_of(time)
     notes: list[str] = [] if column.name == TIME else [both] if column.nanoseconds else [_taken_as_time(column)]
     scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
@@ -104,11 +106,11 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
             scale = size
-            return (time - first) * scale, [
-                *not_of_kind(notes, Kind.TIME_UNIT),
-                f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC",
-            ]
-    return time * scale, notes
+            notes = [*not_of_kind(notes, Kind.TIME_UNIT), f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
+            time = time - first
+            break
+    time, rounded = even_again(time * scale, spacing * scale)
+    return time, notes + [rounded] * bool(rounded)
 
 
 def _taken_as_time(column: TimeColumn) -> str:

@@ -19,6 +19,7 @@ from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME
 from ksl.motions.signal.gaps import GAP
 from ksl.motions.signal.ordered import FILLED_IN, RESTART
+from ksl.motions.signal.gaps import gaps_of
 from ksl.motions.signal.resampling import on_spline
 
 Nanoseconds = NDArray[np.int64]
@@ -128,6 +129,7 @@ class JointStateTable(Recorded):
         own = f"{count(len(s.time), 'sample')} of {listed(s.joints)}"
         self.notes.append(f"{own} are at other times than those of the joints recorded most often: interpolated by splines onto these {len(at):,}")
         seconds, wanted = (s.time - s.time[0]) * 1e-9, (at - s.time[0]) * 1e-9
+        self.doubts += gaps_of((s.time - at[0]) * 1e-9, s.position, [(joint, "") for joint in s.joints], (at - at[0]) * 1e-9)
         return on_spline(seconds, s.position, wanted), None if s.velocity is None else on_spline(seconds, s.velocity, wanted)
 
     def _without_gaps_of_numbers(self, s: Series, wanted: set[str]) -> Series:

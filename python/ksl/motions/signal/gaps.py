@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ksl.mechanism.mechanism import Joint
@@ -20,27 +22,38 @@ def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[
     A joint's way in a gap is the difference of its positions beside it, or what its rates before and after would make of the gap's length,
     whichever is largest: a joint that is back at its place has moved, too.  time (n), q (n, nq), as given.
     """
-    steps = np.diff(time)
-    gaps = np.flatnonzero(steps > GAP * np.median(steps))
     named = [(j, k, name, unit) for j in joints for k, (name, unit) in enumerate(zip(columns_of(j)[0], units_of(j)[0], strict=True))]
-    columns = [(j.q_index + k, name, f" {unit}" if j.nv == 1 or unit == "m" else "") for j, k, name, unit in named]
+    return gaps_of(time, q[:, [j.q_index + k for j, k, _, _ in named]], [(name, f" {unit}" if j.nv == 1 or unit == "m" else "") for j, _, name, unit in named])
+
+
+def gaps_of(time: Array, x: Array, columns: Sequence[tuple[str, str]], seen: Array | None = None) -> list[str]:
+    """The same of columns x (n, c) with their names, and what stands behind their numbers as a unit.
+
+    seen: times at which others were recorded; gaps without any of them are those of the whole recording, and aren't told.
+    """
+    steps = np.diff(time)
+    gaps = np.flatnonzero(steps > GAP * np.median(steps)) if len(steps) else steps
+    if seen is not None and len(gaps):
+        gaps = gaps[np.searchsorted(seen, time[gaps], "right") < np.searchsorted(seen, time[gaps + 1])]
     if not len(gaps):
         return []
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):  # numbers that are too large are refused later
-        moved = np.abs(np.diff(q, axis=0))
+        moved = np.abs(np.diff(x, axis=0))
         rate = moved / steps[:, None]
         beside = np.maximum(rate[np.maximum(gaps - 1, 0)], rate[np.minimum(gaps + 1, len(steps) - 1)])
         way = np.maximum(moved[gaps], beside * steps[gaps, None])
-        travel = np.ptp(q, axis=0)
+        travel = np.ptp(x, axis=0)
         moving = gaps[(way > MOVED * travel).any(axis=1)]
     if not len(moving):
         return []
     longest = moving[np.argmax(steps[moving])]
     at = int(np.flatnonzero(gaps == longest)[0])
-    c, name, unit = max(columns, key=lambda column: way[at, column[0]] / travel[column[0]] if travel[column[0]] > 0 else 0.0)
+    c = max(range(len(columns)), key=lambda c: way[at, c] / travel[c] if travel[c] > 0 else 0.0)
+    name, unit = columns[c]
     often = f" ({len(moving)} such gaps, this is the longest)" if len(moving) > 1 else ""
+    of_whom = "" if seen is None else f" of {name}"
     return [
-        f"no samples between {time[longest]:.6g} s and {time[longest + 1]:.6g} s, {steps[longest] / np.median(steps):.3g} median steps{often}, while "
-        f"{name} moves by {moved[longest, c]:.3g}{unit}: the motion there is not known, so peaks may be missing. Give these samples, or compute "
+        f"no samples{of_whom} between {time[longest]:.6g} s and {time[longest + 1]:.6g} s, {steps[longest] / np.median(steps):.3g} median steps{often}, while "
+        f"{name if seen is None else 'it'} moves by {moved[longest, c]:.3g}{unit}: the motion there is not known, so peaks may be missing. Give these samples, or compute "
         "the parts beside them (--from, --to)"
     ]

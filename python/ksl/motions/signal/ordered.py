@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from ksl.base.errors import MotionError
 from ksl.base.words import count, listed
 from ksl.mechanism.mechanism import Joint
-from ksl.mechanism.joint_kinds import columns_of
+from ksl.mechanism.joint_kinds import columns_of, units_of
 from ksl.mechanism.states import Array
+from ksl.motions.signal.gaps import gaps_of
 from ksl.motions.signal.resampling import on_spline
 
 RESTART = 0.5
@@ -39,6 +40,8 @@ class Ordered:
     values: Values
     rows: Rows
     notes: list[str] = field(default_factory=list)
+    doubts: list[str] = field(default_factory=list)
+    """Gaps of single joints, beside samples of others."""
 
 
 @dataclass
@@ -86,7 +89,8 @@ def ordered(file: str, joints: Sequence[Joint], time: Array, values: Values, row
         notes.append(f"{count(repeated, 'sample')} with the time of another left out: the last one of each time is used")
     if close:
         notes.append(f"{count(close, 'sample')} less than {CLOSE:.0%} of the median step before the next left out: stamps that close are those of one sample")
-    return _merged(file, series, time, values, rows, notes)
+    units = {c: f" {unit}" if j.nv == 1 or unit == "m" else "" for j in joints for c, unit in zip(columns_of(j)[0], units_of(j)[0], strict=True)}
+    return _merged(file, series, time, values, rows, notes, units)
 
 
 def recordings(times: Array) -> Rows:
@@ -162,8 +166,8 @@ def _series(joints: Sequence[Joint], values: Values, n: int) -> list[_Series]:
     return list(found.values())
 
 
-def _merged(file: str, series: list[_Series], time: Array, values: Values, rows: Rows, notes: list[str]) -> Ordered:
-    """All series at the times of the one with the most samples."""
+def _merged(file: str, series: list[_Series], time: Array, values: Values, rows: Rows, notes: list[str], units: dict[str, str]) -> Ordered:
+    """All series at the times of the one with the most samples.  units: of columns of positions."""
     base = max(series, key=lambda s: len(s.rows))
     first, last = max(time[s.rows[0]] for s in series), min(time[s.rows[-1]] for s in series)
     if first > last:
@@ -176,6 +180,7 @@ def _merged(file: str, series: list[_Series], time: Array, values: Values, rows:
     if len(kept) < len(base.rows):
         notes.append(f"{count(len(base.rows) - len(kept), 'sample')} before or after the time that all joints are recorded left out")
     out: Values = {}
+    doubts: list[str] = []
     for s in series:
         own = time[s.rows]
         if np.array_equal(own, at):
@@ -187,9 +192,11 @@ def _merged(file: str, series: list[_Series], time: Array, values: Values, rows:
             continue
         those = f"{count(len(own), 'sample')} of {listed(s.joints)}"
         notes.append(f"{those} are at other times than those of the joints recorded most often: interpolated by splines onto these {len(at):,}")
+        positions = [(c, unit) for c, unit in units.items() if c in s.columns]
+        doubts += gaps_of(own, np.column_stack([values[c][s.rows] for c, _ in positions]), positions, at) if positions else []
         try:
             x = on_spline(own - own[0], np.column_stack([values[c][s.rows] for c in s.columns]), at - own[0])
         except MotionError as e:
             raise MotionError(f"{file}: {listed(s.joints)}: {e}") from None
         out |= {c: x[:, i] for i, c in enumerate(s.columns)}
-    return Ordered(at, {c: out[c] for c in values}, rows[kept], notes)
+    return Ordered(at, {c: out[c] for c in values}, rows[kept], notes, doubts)
