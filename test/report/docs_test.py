@@ -58,6 +58,22 @@ def test_components_stand_beside_their_joints(run):
     assert page.count('class="sizing"') >= 7
 
 
+@pytest.mark.parametrize(
+    ("torque", "joints", "level", "said"),
+    [(1e3, [], "green", "all 1 figures"), (1.0, [], "red", "1 of 1 figures is over"), (1e3, ["--joints", "panda_joint1"], "amber", "nothing was compared")],
+)
+def test_terminal_page_and_json_have_one_word_for_components(tmp_path, torque, joints, level, said):
+    (tmp_path / "c.toml").write_text(f'[[component]]\njoint = "panda_joint2"\nkind = "limits"\ntorque = {torque}\n')
+    two = ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv"
+    done = run_ksl("loads", *two, "-o", tmp_path, "--json", "--components", tmp_path / "c.toml", "--fail-on", "limits", *joints)
+    last = done.stdout.rstrip().splitlines()[-1]
+    assert last.startswith(f"components: {level.upper()}: panda: {said}") and done.returncode == (3 if level == "red" else 0), done.stdout
+    assert json.loads((tmp_path / "report.json").read_text())["level"] == level
+    assert f'<section id="verdict" class="verdict {level}">' in (page := (tmp_path / "report.html").read_text())
+    assert ("all components hold" in page, "no component was compared with a limit" in page) == (level == "green", level == "amber")
+    assert done.stdout.count("every figure is left out") == page.count("every figure is left out") == (level == "amber")
+
+
 def test_a_missing_browser_is_said_before_anything_is_computed(tmp_path):
     assert ", ".join(f"`{name}`" for name in BROWSERS[:3]) in DOC and VARIABLE in DOC
     for environment, words in (

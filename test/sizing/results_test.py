@@ -41,6 +41,31 @@ def same(a, b):
     np.testing.assert_allclose([f.value for f in a.in_order], [f.value for f in b.in_order], rtol=1e-9)
 
 
+def test_points_of_single_joints_are_undone(ur5):
+    """As `ksl loads --at elbow=…` writes them; what moves against a joint is refused where that joint is asked for alone."""
+    motion = {"sines": sines(ur5)}
+    plain, moved, world = (results_table(ur5, motion, at=at) for at in ("joint", (0.1, -0.2, 0.05), "world"))
+
+    def of_elbow(table):
+        is_elbow = np.array(table["joint"].to_pylist()) == "elbow"
+        rows = pa.concat_tables([plain.filter(~is_elbow), table.filter(is_elbow)], promote_options="permissive")
+        return rows.replace_schema_metadata(plain.schema.metadata)
+
+    same(ksl.size(plain, COMPONENTS), ksl.size(of_elbow(moved), COMPONENTS))
+    assert ksl.size(of_elbow(world), joints=["wrist_1"]).peaks == ksl.size(plain, joints=["wrist_1"]).peaks
+    with pytest.raises(SizingError, match="point `world`, which moves against the joints"):
+        ksl.size(of_elbow(world), joints=["elbow"])
+
+
+def test_components_of_joints_that_are_not_there_are_left_out(ur5):
+    table = results_table(ur5, {"sines": sines(ur5)})
+    only = table.filter(np.array(table["joint"].to_pylist()) == "wrist_1")
+    parts = {"component": [{"joint": j, "kind": "limits", "torque": 1e3} for j in ("elbow", "wrist_1")]}
+    found, nothing = ksl.size(only, parts), ksl.size(only, {"component": parts["component"][:1]})
+    assert [(x.joint, x.figure) for x in found.left_out] == [("elbow", "every figure")] and "1 left out" in found.verdict
+    assert nothing.verdict == "ur5: nothing was compared with a limit" and not ksl.size(only, parts, joints=["wrist_1"]).left_out
+
+
 @pytest.mark.parametrize("how", [{"on": "parent"}, {"at": (0.1, -0.2, 0.05)}, {"on": "parent", "at": (0.0, 0.3, 0.0)}, {"order": "ang_lin"}], ids=str)
 def test_other_sides_points_and_orders_are_undone(ur5, how):
     motion = {"sines": sines(ur5)}

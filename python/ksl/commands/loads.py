@@ -83,7 +83,9 @@ def loads(
     smooth: Annotated[
         float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")
     ] = None,
-    fail_on: Annotated[str | None, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = None,
+    fail_on: Annotated[
+        str | None, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded, of components too; results are written.")
+    ] = None,
     force: Replace = False,
     how: RobotOptions = RobotOptions(),
     stiffness: Stiffness = None,
@@ -141,7 +143,7 @@ def loads(
             raise
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")
-    if fail_on and run.verdict.exceeded:
+    if fail_on and (run.verdict.exceeded or (run.sizing and run.sizing.exceeded)):
         raise typer.Exit(3)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -23,6 +24,9 @@ from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import EFFORT_PARTS
 from ksl.report.loads_run import Run
 
+if TYPE_CHECKING:
+    from ksl.sizing.joints.sizing import Sizing
+
 Columns = list[tuple[str, str]]
 """Quantity, and which of its numbers."""
 
@@ -37,7 +41,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     verdict, several = run.verdict, len(run.cases) > 1
     rows = worst_rows(run.rows) if several else run.rows
     print_summary(console, rows, run.cases[0], "worst over all load cases" if several else "")
-    print_notes(console, run.notes, verdict.reasons)  # those are printed below
+    print_notes(console, [*run.notes, *(run.sizing.notes if run.sizing else ())], verdict.reasons)  # those are printed below
     worst = max(run.results, key=_residual)
     of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
     say(console, of + balance_line(worst.balance))
@@ -49,7 +53,7 @@ def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:
     console.print()
     if several:
         _print_cases(console, run)
-    print_verdict(console, verdict, run.cases[0].joints)
+    print_verdict(console, verdict, run.cases[0].joints, run.sizing)
 
 
 def _residual(result: CaseResult) -> float:
@@ -57,13 +61,19 @@ def _residual(result: CaseResult) -> float:
     return -1.0 if result.balance is None or result.balance.at_rest else result.balance.relative_residual
 
 
-def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
-    """The shares of limits, worst joints first; the reasons that forbid green; and in the last line the verdict."""
+def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint], sizing: Sizing | None = None) -> None:
+    """The shares of limits, worst joints first; the reasons that forbid green; and in the last lines the verdict, and that of components."""
     level = verdict.level
     _print_shares(console, verdict, joints)
     for reason in verdict.reasons:
         say(console, f"  {'doubt' if level == 'red' else 'not green'}: {reason}")
     say(console, Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"))
+    if sizing:
+        from ksl.report.html.sizing_section import sizing_level
+
+        for left_out in sizing.left_out:
+            say(console, f"  {left_out}")
+        say(console, Text.assemble(("components: ", "bold"), ((of := sizing_level(sizing)).upper(), STYLE[of]), f": {sizing.verdict}"))
 
 
 def _print_shares(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:

@@ -48,6 +48,8 @@ class ReportFiles:
 
         try:
             found = size(directory, self.components)
+        except SizingError as e:
+            raise SizingError(str(e).replace(str(directory), str(later))) from None
         except ModuleNotFoundError as e:
             raise SizingError(f"{self.components}: needs the package {e.name}; install it with: pip install 'ksl[size]'") from None
         for file in found.provenance["inputs"]:

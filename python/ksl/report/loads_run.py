@@ -25,6 +25,7 @@ from ksl.report.workbook import WORKBOOK, check_package, write_workbook
 
 if TYPE_CHECKING:
     from ksl.report.html.input import ReportInput
+    from ksl.sizing.joints.sizing import Sizing
 
 
 class Run(ComputedCases):
@@ -32,6 +33,9 @@ class Run(ComputedCases):
 
     All load cases have the same joints and the same placement of wrenches.
     """
+
+    sizing: Sizing | None = None
+    """The components that the written report judges."""
 
     def write(
         self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
@@ -73,7 +77,8 @@ class Run(ComputedCases):
                 mat_file.write_mat(stage / mat_file.FILE, self.cases, self.provenance)
             if rrd:
                 rrd_file.write_rrd(stage / rrd_file.FILE, self.cases, self.provenance)
-            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
+            self.sizing = report.sizing(stage, folder)
+            report.write(stage, replace(self._report_input(self._shown()), sizing=self.sizing))
             for name, write in beside.items():
                 write(stage / name)
             return sorted(f.name for f in stage.iterdir())

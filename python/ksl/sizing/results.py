@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from ksl.base.errors import SizingError, name_among, of_argument, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
+from ksl.base.words import listed
 from ksl.mechanism.joint_kinds import has_one_coordinate
 from ksl.mechanism.states import Array, offset_in
 from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum, moved
@@ -53,7 +54,7 @@ class Results:
         if not table.num_rows:
             raise SizingError(f"{file}: holds no samples")
         self._columns = {name: table[name] for name in table.column_names}
-        self._sign, self._point = self._placement()
+        self._sign, self._point_of = self._placement()
         self._rows, self._cases, self._case_index, self.time = self._layout()
         for name in ("time", *WRENCH):
             self._check_numbers(name, ~np.isfinite(self._numbers_of(name)))
@@ -98,11 +99,25 @@ class Results:
             raise SizingError(f"{self.file}: the column {name} has several values, {', '.join(map(repr, words[:3]))}; expected one")
         return str(words[0])
 
-    def _placement(self) -> tuple[float, Array]:
-        """Sign and point of the wrenches, to undo them.  Only axes of the joint can be: the others change with the pose."""
-        on, at, axes = self._word("on"), self._word("at"), self._word("axes")
+    def _placement(self) -> tuple[float, Callable[[str], Array]]:
+        """Sign of the wrenches, and the point of each joint's moments, to undo them.  Only axes of the joint can be: the others change with the pose."""
+        on, axes = self._word("on"), self._word("axes")
         if axes != "joint":
             raise SizingError(f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes")
+        words, index = _words(self._columns["at"]) if "at" in self._columns else ([self.metadata.get("at")], None)
+
+        def point_of(name: str) -> Array:
+            found = [words[0]] if index is None else [words[k] for k in np.unique(index[self._rows[name]])]
+            if len(found) > 1:
+                raise SizingError(f"{self.file}: moments of {name} are about several points, {listed(map(repr, found))}; expected one: run `ksl loads` again")
+            return self._point(str(found[0]))
+
+        if len(words) == 1:
+            self._point(str(words[0]))
+        return (-1.0 if on == "parent" else 1.0), point_of
+
+    def _point(self, at: str) -> Array:
+        """From the joint's origin in its axes, m."""
         try:
             offset = [0.0] * 3 if at == "joint" else offset_in(at)
         except ValueError:
@@ -112,7 +127,7 @@ class Results:
         point = np.array(offset)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise SizingError(f"{self.file}: moments are about the point {at!r}, which is none; run `ksl loads` again")
-        return (-1.0 if on == "parent" else 1.0), point
+        return point
 
     def _layout(self) -> tuple[dict[str, slice | np.ndarray], tuple[str, ...], dict[str, np.ndarray], Array]:
         """Rows of each joint, names of cases, case of each row, times.  Where joints alternate, rows are slices, which are fast."""
@@ -148,11 +163,11 @@ class Results:
         """All samples of a joint, wrenches on the child at the joint's origin in its axes.  Raises SizingError for unknown names."""
         name = self.named(name, self.file)
         if not self.holds(name):
-            raise SizingError(f"{self.file}: has no rows of {name}; run `ksl loads` again")
+            raise SizingError(f"{self.file}: has no rows of {name}; run `ksl loads` with it among --joints, or without them")
         rows, cases = self._rows[name], self._case_index[name]
         wrench = self._sign * np.column_stack([self._numbers_of(c)[rows] for c in WRENCH])
-        force, time = wrench[:, :3], self.time[rows]
-        moment = wrench[:, 3:] + np.cross(self._point, force) if self._point.any() else wrench[:, 3:]
+        force, time, point = wrench[:, :3], self.time[rows], self._point_of(name)
+        moment = wrench[:, 3:] + np.cross(point, force) if point.any() else wrench[:, 3:]
         rotor = np.nan_to_num(self._numbers_of("rotor")[rows]) if "rotor" in self._columns else None
         position, speed, acceleration, effort = (self._numbers_of(c)[rows] for c in MOTION)
         if self.joints[name].driven and not all(np.isfinite(x).all() for x in (position, speed, acceleration)):
@@ -173,16 +188,16 @@ class Results:
             effort,
             resolution,
             rotor,
-            undetermined=self._undetermined(rows),
+            undetermined=self._undetermined(rows, point),
             brake=self._numbers_of("brake")[rows] if "brake" in self._columns else None,
         )
 
-    def _undetermined(self, rows: slice | np.ndarray) -> tuple[str, ...]:
+    def _undetermined(self, rows: slice | np.ndarray, point: Array) -> tuple[str, ...]:
         """Components that rigid bodies leave open in any row, of the wrench about the joint's origin; of closed mechanisms."""
         if UNDETERMINED not in self._columns:
             return ()
         words, index = _words(self._columns[UNDETERMINED])
-        return moved(sorted({part for k in np.unique(index[rows]) for part in words[k].split()}), self._point)
+        return moved(sorted({part for k in np.unique(index[rows]) for part in words[k].split()}), point)
 
     def _resolved(self, name: str, cases: np.ndarray, time: Array, position: Array, speed: Array) -> tuple[Array, float]:
         """Speeds, zero where rounding of the positions makes as much in a step, and the speed up to which the joint stands.

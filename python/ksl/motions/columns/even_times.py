@@ -58,7 +58,7 @@ def spacing_of(numbers: Array) -> Array:
 
 
 def _above_zero(step: Array) -> Array:
-    return np.maximum(step, 1e-6 * step.max())
+    return np.asarray(np.maximum(step, 1e-6 * step.max()))
 
 
 def _decimals(time: Array, spacing: float) -> Array:

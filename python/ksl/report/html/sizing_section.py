@@ -18,7 +18,8 @@ LEVEL: dict[str, Level] = {"over": "red", "near": "amber", "within": "green", ""
 
 def sizing_verdict(sizing: Sizing) -> ComponentsVerdict:
     """For the card at the top.  Figures that are left out, or nothing that was compared, forbid green."""
-    return ComponentsVerdict(sizing_level(sizing), sizing.verdict, [str(x) for x in sizing.left_out])
+    words = "" if sizing.worst else "no component was compared with a limit"
+    return ComponentsVerdict(sizing_level(sizing), sizing.verdict, [str(x) for x in sizing.left_out], words)
 
 
 def sizing_level(sizing: Sizing) -> Level:

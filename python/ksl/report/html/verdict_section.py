@@ -28,6 +28,8 @@ class ComponentsVerdict:
     level: Level
     headline: str
     left_out: Sequence[str] = ()
+    words: str = ""
+    """In place of OF_COMPONENTS."""
 
 
 def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | None = None, of: Sequence[tuple[str, str]] = ()) -> str:
@@ -39,7 +41,7 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
     if verdict is not None:
         parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _headline(verdict)))
     if components is not None:
-        parts.append(("Components", components.level, OF_COMPONENTS[components.level], components.headline))
+        parts.append(("Components", components.level, components.words or OF_COMPONENTS[components.level], components.headline))
     if not parts:
         return ""
     level = max((part[1] for part in parts), key=ORDER.index)

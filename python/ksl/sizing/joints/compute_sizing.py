@@ -73,7 +73,7 @@ def size(
     in_order = tuple(f for sheet in sheets for f in sheet.figures)
     figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
-    left_out = tuple(x for sheet in sheets for x in sheet.left_out)
+    left_out = tuple(x for sheet in sheets for x in sheet.left_out) + (_not_held(table, parts) if parts and not joints else ())
     notes = (
         *table.notes,
         *(selection.notes if selection else ()),
@@ -108,6 +108,11 @@ def _doubtful_lengths(table: Results, points: Mapping[str, Sequence[float]], par
     return found
 
 
+def _not_held(table: Results, parts: Components) -> tuple[LeftOut, ...]:
+    why = "the results don't hold the wrenches of this joint; run `ksl loads` without --joints, or with it among them"
+    return tuple(LeftOut(name, part.name, "every figure", why) for part in parts.parts for name in part.joints if not table.holds(name))
+
+
 def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut], chosen: bool) -> list[str]:
     """What the reader should know of the spectrum, and of numbers that were not used and that leave no figure out."""
     if parts is None:
@@ -118,11 +123,6 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
         notes.append(f"{len(parts.requests)} of [[choose]] are not answered: give the catalogue that they are chosen from")
     if parts.left_out_spectrum:
         notes.append(parts.left_out_spectrum)
-    absent = {name: part.name for part in parts.parts for name in part.joints if not table.holds(name)}
-    if absent:
-        notes.append(
-            f"components of joints whose wrenches the results don't hold are left out: {', '.join(f'{part} of {name}' for name, part in absent.items())}"
-        )
     spectrum = parts.spectrum
     if spectrum.shares:
         without = [case for case in table.cases if case not in spectrum.shares]

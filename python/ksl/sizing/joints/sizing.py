@@ -87,7 +87,7 @@ class Sizing:
         """One sentence."""
         compared = sum(f.utilisation is not None for f in self.figures)
         if self.worst is None:
-            return f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
+            return f"{self.robot}: nothing was compared with a limit" if self.figures or self.left_out else f"{self.robot}: no components"
         w = self.worst
         over = (
             f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit"
