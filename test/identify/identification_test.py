@@ -397,6 +397,8 @@ def test_efforts_that_are_noise_are_said(m, size, links):
     assert f.doubts[0].startswith("all efforts look like noise")
     f = identify(m, q, v, a, np.where(np.arange(7) == 3, size * rng.normal(size=tau.shape), tau))
     assert f.doubts[0].startswith("efforts of panda_joint4 look like noise")
+    f = identify(m, q, v, a, tau * (np.arange(7) != 6), noise=sigma)
+    assert f.doubts[0].startswith("efforts of panda_joint7 are zero in every sample")
 
 
 def test_a_factor_that_is_the_gear_ratio_is_named():

@@ -63,6 +63,12 @@ def effort_scale(fit: Fit, slides: Array) -> EffortScale:
 
 def doubts_about_scale(scale: EffortScale, fit: Fit, joints: list[str], gears: Array) -> list[str]:
     """Sentences on factors and noise.  joints, gears: names and gear ratios (nv) of the numbers of efforts."""
+    own, _, given = fit.beside_prior
+    absent = [name for name, needed, there in zip(joints, own, given, strict=True) if there == 0 and needed > 1e-20 * own.max()]
+    if absent:
+        return [
+            f"efforts of {listed(absent)} are zero in every sample, and the prior's bodies need some: give what was measured there; zeros are taken as measured"
+        ]
     visible = np.isfinite(scale.factors)
     of_noise = _look_like_noise(scale, fit, visible)
     if of_noise.any():
