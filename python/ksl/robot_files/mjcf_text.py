@@ -51,7 +51,8 @@ def mjcf_text(m: Model) -> str:
             bodies[link.name] = world
             continue
         if above.kind == "floating" and parent is not None:
-            parent = _ground(m, above)
+            _require_at_rest(m, above)
+            parent = None
         X = poses[link.name] if parent is None else _inverse(poses[parent]) @ poses[link.name]
         name = link.name if link.name != WORLD else unused(WORLD, poses)
         body = ET.SubElement(world if parent is None else bodies[parent], "body", name=name, pos=_text(X[:3, 3]), quat=_quaternion(X[:3, :3]))
@@ -83,8 +84,8 @@ def write_mjcf(m: Model, path: str | os.PathLike[str]) -> str:
     return text
 
 
-def _ground(m: Model, joint: Joint) -> None:
-    """MuJoCo's free bodies are on the ground: None, if what this joint is on doesn't move."""
+def _require_at_rest(m: Model, joint: Joint) -> None:
+    """MuJoCo's free bodies are on the ground: what a floating joint is on must not move."""
     on: str | None = joint.parent
     while on is not None:
         above = m.joint_above(on)

@@ -18,7 +18,7 @@ READ = re.compile(
 )
 """What joints.py, masses.py and couplings.py read, or list themselves."""
 NUMBERS = re.compile(r"physics:(lower|upper)Limit|limit:\w+:physics:(low|high)|drive:\w+:physics:maxForce|physxJoint:(maxJointVelocity|armature)")
-"""Of these what a joint of another kind has isn't read, a linear drive of a hinge for instance."""
+"""Numbers that a joint of another kind has no use for, a linear drive of a hinge for instance: they are read where `Stage.read` has them."""
 OF_MASS = {"PhysicsMassAPI", "NewtonMassAPI"}
 """Schemas with which masses.py reads newton:inertia."""
 SHOWN = ("xformOp", "material:", "primvars:", "collection:", "ui:", "isaac:", "omni:", "physxTendon:")
