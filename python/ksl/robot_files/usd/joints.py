@@ -11,7 +11,7 @@ from ksl.base.errors import DescriptionError
 from ksl.base.judged import MOMENT, Bounds, judged
 from ksl.robot_files.assembly import AT_REST, Array, Body, Connection, inverse, unused
 from ksl.robot_files.usd.couplings import GEARS
-from ksl.robot_files.usd.stage import STACKS, Prim, Stage, other, rotation, three
+from ksl.robot_files.usd.stage import STACKS, Prim, Stage, other, rotation, three, with_ancestors
 
 AXES = dict(zip("XYZ", np.eye(3), strict=True))
 _KINDS = {"PhysicsFixedJoint": "fixed", "PhysicsRevoluteJoint": "revolute", "PhysicsPrismaticJoint": "prismatic", "PhysicsSphericalJoint": "spherical"}
@@ -48,8 +48,9 @@ def stack(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]) -
     """Puts joints with one coordinate between the same two bodies one after the other, where Newton's schema says that they add freedoms: the first of the file
     is on body0, and a body without mass is after each but the last.  Those elsewhere close loops, as UsdPhysics has it."""
     first_of: dict[tuple[int | None, int | None], tuple[str, Connection]] = {}
-    names = {body.name for body in bodies.values()}
-    for path, c in list(found.items()):
+    made = list(bodies.values())
+    names = {body.name for body in made}
+    for path, c in found.items():
         if c.closes or path not in stage.joints:
             continue
         pair = c.first, c.second
@@ -69,14 +70,15 @@ def stack(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]) -
             continue
         between = unused(f"{before.name}_body", names)
         names.add(between)
-        bodies[between] = Body(between, list(bodies.values())[c.second].pose)
-        before.second, c.first, c.at_first = len(bodies) - 1, len(bodies) - 1, c.at_second.copy()
+        before.second, c.first, c.at_first = len(made), len(made), c.at_second.copy()
+        made.append(Body(between, made[c.second].pose))
+        bodies[between] = made[-1]
         first_of[pair] = path, c
 
 
 def _stacks(stage: Stage, path: str) -> bool:
     ends = [str(target.GetPrimPath()) for relation in stage.joints[path].relations.values() for target in relation.GetTargets()]
-    return any(f"{at}/".startswith(f"{root}/") for root in stage.stacking for at in (path, *ends))
+    return any(above in stage.stacking for at in (path, *ends) for above in with_ancestors(at))
 
 
 def _held(stage: Stage, bodies: dict[str, Body], found: dict[str, Connection]) -> dict[str, Connection]:

@@ -60,7 +60,7 @@ class Stage:
     """{path of a body: its colliders that are enabled}."""
     massive: dict[str, list[Prim]] = field(default_factory=dict)
     """{path of a body: prims below it that have a mass or a density and are no collider that counts}."""
-    stacking: list[str] = field(default_factory=list)
+    stacking: set[str] = field(default_factory=set)
     """Paths of articulations in which several joints between two bodies add freedoms, one after the other (newton:jointsAddMobility)."""
     scenes: list[Any] = field(default_factory=list)
 
@@ -293,7 +293,7 @@ def _note(stage: Stage, prim: Any, kind: Kind, disabled: list[str]) -> None:
         elif body != path and "PhysicsMassAPI" in kind.schemas:
             stage.massive[body].append(known)
     if STACKS in authored and known.get(STACKS) is True:
-        stage.stacking.append(path)
+        stage.stacking.add(path)
     if kind.is_joint:
         stage.joints[path] = known
     elif kind.is_scene:
@@ -347,14 +347,14 @@ def require_values(stage: Stage) -> None:
 
     if not any(layer.ListAllTimeSamples() for layer in stage.stage.GetUsedLayers()):
         return
-    for path in dict.fromkeys(above for of in (*stage.owner, *stage.joints) for above in _with_ancestors(of)):
+    for path in dict.fromkeys(above for of in (*stage.owner, *stage.joints) for above in with_ancestors(of)):
         for attribute in stage.stage.GetPrimAtPath(path).GetAuthoredAttributes():
             alone = attribute.GetNumTimeSamples() and attribute.GetResolveInfo(Usd.TimeCode.Default()).GetSource() != Usd.ResolveInfoSourceDefault
             if alone and attribute.GetName().startswith(("physics:", "xformOp", "limit:", "drive:", "physx", "newton:")):
                 raise DescriptionError(f"prim {path}: {attribute.GetName()} has time samples alone; KSL reads values without a time: give it a default value")
 
 
-def _with_ancestors(path: str) -> list[str]:
+def with_ancestors(path: str) -> list[str]:
     parts = path.split("/")
     return ["/".join(parts[:k]) for k in range(2, len(parts) + 1)]
 
