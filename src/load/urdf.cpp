@@ -445,7 +445,8 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
   types_beyond_urdf_.insert(type), joints_beyond_urdf_.push_back(out.name);
 }
 
-/// Drake's joints: axes are fixed but for screws, and some coordinates differ from those of the same kind here.
+/// Drake's joints: axes are fixed but for screws and the normal of planar joints, which Drake reads since 2023, and some
+/// coordinates differ from those of the same kind here.
 void urdf_reader::read_drake_motion(const element &joint, joint_description &out) {
   std::string differs;
   if (out.kind == joint_kind::helical) {
@@ -453,7 +454,11 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
     read_pitch(joint, "drake:screw_thread_pitch", out);
     read_limit(joint, out);
   } else {
-    for (const char *tag : {"axis", "limit", "drake:screw_thread_pitch"})
+    if (out.kind == joint_kind::planar)
+      read_axis(joint, out);
+    else
+      ignore(joint, "axis", out);
+    for (const char *tag : {"limit", "drake:screw_thread_pitch"})
       ignore(joint, tag, out);
     read_limits_of_several(joint, out);
   }
@@ -462,7 +467,9 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
   if (out.kind == joint_kind::universal)
     out.axis = {1, 0, 0}, out.axis2 = {0, 1, 0};
   if (out.kind == joint_kind::planar)
-    out.axis = {0, 0, 1}, differs = "; v is along the child's axes, Drake's along the parent's";
+    differs =
+        "; its normal is <axis>, x where there is none, as Drake has it since 2023, and was z before; v is along the "
+        "child's axes, Drake's along the parent's, and where the normal isn't z, x and y are other axes of the plane";
   if (out.kind == joint_kind::spherical)
     differs =
         "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
