@@ -312,6 +312,12 @@ def test_mistakes_on_the_command_line(leg, written, time, tmp_path):
     motion = written(text({"time": time, "hip": time, "slide": time}))
     out = tmp_path / "out"
     assert loads(motion, leg.file, "-o", out) == (2, f"ksl: {motion} is no robot file, but {leg.file} is: the robot comes first, then the motion")
+    results = tmp_path / "results"
+    results.mkdir()
+    for name in ("wrenches.parquet", "wrenches.mcap"):
+        (results / name).touch()
+    assert "holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file" in loads(leg.file, results, "-o", out)[1]
+    assert "holds results of `ksl loads`, and no robot; the robot's file comes first" in loads(results, motion, "-o", out)[1]
     status, said = loads(leg.file, motion, "-o", out, "--map", tmp_path / "absent.toml")
     assert status == 2 and said == f"ksl: {tmp_path}/absent.toml: can't be read (No such file or directory); give a map of columns, a TOML or a CSV file"
     status, said = loads(leg.file, motion, "-o", out, "--topic", "/joint_states")

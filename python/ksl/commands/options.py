@@ -285,6 +285,8 @@ def read_model(
 ) -> Model:
     from ksl.robot_files.loading import load
 
+    if (robot / "wrenches.parquet").is_file():
+        fail(f"{robot}: holds results of `ksl loads`, and no robot; the robot's file comes first, then the results or the motion")
     mimic = cast(Literal["coupled", "independent"], how.mimic)  # load refuses other words
     gravity = numbers(how.gravity, "--gravity", 3) if how.gravity else None
     arguments = xacro_arguments(how.xacro, how.package)

@@ -69,6 +69,7 @@ def said(stamps, **options):
         ([START + k * MS for k in range(8)], None), ([0, *(START + k * MS for k in range(7))], "stamps of 1 of 8 messages are zero"), ([0] * 8, "header stamps are zero"),
         ([START + k * 100 * MS for k in (0, 1, 2, 3, 4, 5, 6, 1)], None), ([START + k * 100 * MS for k in (0, 1, 2, 3, 4, 5, 6)] + [START + 99 * MS], "jump back by 0.501 s"),
         ([START + k // 2 * MS for k in range(8)], "stand still"), ([START + max(0, k - 3) * MS for k in range(8)], None), ([START] * 2, None), ([START] * 3, "stand still"),
+        ([2 * k * MS for k in range(8)], None), ([0, 0, *(k * MS for k in range(1, 7))], "stamps of 2 of 8 messages are zero"), ([0, *((k + 9) * MS for k in range(7))], "stamps of 1 of 8"),
     ],
 )  # fmt: skip
 def test_whose_times_are_used(stamps, log):

@@ -85,7 +85,7 @@ def test_what_is_suspected_does_not_depend_on_where_times_begin(ur5, factor, sta
 def test_seconds_converted_twice(ur5):
     t = np.arange(1000) * 0.004
     (line,) = doubts(ur5, t * 1e-3, motion(t))
-    assert "times its limit: check the unit of the times, which are taken as seconds" in line
+    assert "times its limit: check the unit of the times, --time-unit if it is given" in line
 
 
 @pytest.mark.parametrize(

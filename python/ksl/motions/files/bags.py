@@ -58,6 +58,8 @@ def bag_in_folder(folder: str, topic: str | None, positions_only: bool) -> Joint
         return _ros2(folder, Path(folder), topic, positions_only, [f for f in inside if f.is_file()])
     recordings = [f for f in inside if f.suffix in (".db3", ".mcap", ".bag")]
     if recordings:
+        if Path(folder, "wrenches.parquet").is_file():
+            raise MotionError(f"{folder}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
         raise MotionError(f"{folder}: is a folder without metadata.yaml; give one of its recordings: {listed(str(f) for f in recordings)}")
     raise MotionError(f"{folder}: can't be read: it is a folder, but no ROS 2 bag; give a file, or the folder of a bag")
 

@@ -166,7 +166,7 @@ def _clock(states: JointStates) -> tuple[str, list[str]]:
     log = "log, since header stamps "
     stamps = np.array([m[1] for group in states.groups.values() for m in group])
     zero = int((stamps == 0).sum())
-    if zero:
+    if zero and not all(_begins_at_zero([m[1] for m in group]) for group in states.groups.values()):
         missing = "are zero" if zero == len(stamps) else f"of {zero} of {len(stamps)} messages are zero"
         return "log", [f"times are those of the {log}{missing}"]
     for names, group in states.groups.items():
@@ -176,6 +176,12 @@ def _clock(states: JointStates) -> tuple[str, list[str]]:
         if len(group) > 2 and len({m[1] for m in group}) <= len(group) / 2:
             return "log", [f"times are those of the {log}of {listed(names, 4)} stand still"]
     return "header stamps", []
+
+
+def _begins_at_zero(stamps: list[int]) -> bool:
+    """Whether no stamp is zero but that of the first message, and the next ones go on from there, as those of a simulation do."""
+    later = stamps[1:]
+    return stamps[0] != 0 != min(stamps) or (len(later) > 1 and min(later) > 0 and later[0] <= GAP * float(np.median(np.abs(np.diff(later)))))
 
 
 def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str]]:

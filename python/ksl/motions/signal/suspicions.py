@@ -111,6 +111,6 @@ def _about_time(joints: list[Joint], time: Array, v: Array) -> str | None:
                 )
     if share > 100 and time[-1] - time[0] < 0.1 and step < 1e-4:
         return (
-            f"all is over in {time[-1] - time[0]:.3g} s, and {name} reaches {share:.3g} times {limit}: check the unit of the times, which are taken as seconds"
+            f"all is over in {time[-1] - time[0]:.3g} s, and {name} reaches {share:.3g} times {limit}: check the unit of the times, --time-unit if it is given"
         )
     return None
