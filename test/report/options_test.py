@@ -112,6 +112,18 @@ def test_the_page_says_what_was_computed(folder, option):
         assert text not in page and text not in plain(page), (option, text)
 
 
+@pytest.mark.parametrize("shown", ["turn", "stiff"])
+def test_a_page_of_one_load_case_says_of_all_what_they_have(folder, shown):
+    """Curves are those of some load cases; loops, payloads and what is open are told of all."""
+    (folder / "more_cases.toml").write_text((folder / "cases.toml").read_text() + 'payloads = [{ link = "rocker", mass = 2 }]\n')
+    model = ksl.load(folder / "fourbar.urdf", drives=["A"])
+    run = ksl.compute_loads(model, folder / "crank.csv", cases=folder / "more_cases.toml")
+    run.report(folder / f"{shown}.html", shown)
+    page = plain(unescape(re.sub(r"<script.*?</script>", "", (folder / f"{shown}.html").read_text(encoding="utf-8"), flags=re.DOTALL)))
+    assert "Payloads: none (turn, held); 2 kg on rocker" in page and "turn, held: none: all joints are rigid" in page
+    assert "not determined by rigid bodies: the value of least norm. In the load cases stiff stiffnesses decide them" in page
+
+
 def test_no_option_is_forgotten():
     command = typer.main.get_command(ksl.commands.app).commands["loads"]
     names = {param.name: {opt for opt in param.opts if opt.startswith("--")} for param in command.params}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ksl.load_cases.case_result import CaseResult
-from ksl.load_cases.closed_mechanism import ClosedMechanism, closed_mechanism
+from ksl.load_cases.closed_mechanism import closed_mechanism
 from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.provenance import Provenance
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 Facts = list[tuple[str, str]]
 
 
-def report_input(shown: Sequence[CaseResult], rows: Sequence[SummaryRow], provenance: Provenance, verdict: Verdict, notes: Sequence[str]) -> ReportInput:
-    """shown: the load cases whose curves are shown, worst first.  Rows, verdict and notes are those of all load cases."""
+def report_input(
+    shown: Sequence[CaseResult], every: Sequence[LoadCase], rows: Sequence[SummaryRow], provenance: Provenance, verdict: Verdict, notes: Sequence[str]
+) -> ReportInput:
+    """shown: the load cases whose curves are shown, worst first.  Rows, verdict and notes are those of every load case."""
     first, several = shown[0].case, len(provenance.cases) > 1
     model = first.model
     facts = [("robot", f"{model.name} ({model.file})")]
@@ -32,12 +34,15 @@ def report_input(shown: Sequence[CaseResult], rows: Sequence[SummaryRow], proven
     facts += ([] if several else _scene(first)) + _expressed(first)
     look = appearance_of(first)  # meshes are read once
     cases = [_curves(result, several, look) for result in shown]
-    return ReportInput(f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict, closed=_closed(shown), weight=weight_of(model))
+    closed = closed_mechanism(every) if model.loops else None
+    payloads = {case.name: _payloads(case) for case in every}
+    return ReportInput(
+        f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict, closed=closed, weight=weight_of(model), payloads=payloads
+    )
 
 
-def _closed(shown: Sequence[CaseResult]) -> ClosedMechanism | None:
-    """The closed mechanism, where there are loops."""
-    return closed_mechanism([result.case for result in shown]) if shown[0].case.model.loops else None
+def _payloads(case: LoadCase) -> str:
+    return "; ".join(str(payload) for payload in case.payloads) or "none"
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -67,7 +72,7 @@ def _scene(case: LoadCase) -> Facts:
         *([("what", case.kind)] if case.kind != "motion" else []),
         ("samples", f"{len(time)}, from {time[0]:.10g} s to {time[-1]:.10g} s"),
         ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
-        ("payloads", "; ".join(str(payload) for payload in case.payloads) or "none"),
+        ("payloads", _payloads(case)),
         *([("physics of joints", _physics(m))] if m.physics else []),
         ("external wrenches", ", ".join(case.external) or "none"),
         *((f"force element {of.name}", of.text) for of in element_ranges(case)),

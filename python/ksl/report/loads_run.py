@@ -120,7 +120,7 @@ class Run(ComputedCases):
     def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
         from ksl.report.input_of_run import report_input
 
-        return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.rows, self.provenance, self.verdict, self.notes)
+        return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.cases, self.rows, self.provenance, self.verdict, self.notes)
 
     def __repr__(self) -> str:
         cases = f"{len(self.cases)} load cases" if len(self.cases) > 1 else f"load case {self.cases[0].name}"

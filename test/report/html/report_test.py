@@ -441,11 +441,13 @@ def test_limits_and_components_have_one_verdict(limits, components, level):
     """The worse of the two, on one card, with what it holds for."""
     share = {"green": 0.5, "amber": 0.9, "red": 1.2}[limits]
     card = verdict_section(
-        verdict(share), ComponentsVerdict(components, "motor: 50 % of its rated torque", ["joint b, bearing: life: no C"]), [("Payloads", "3 kg on <hand>")]
+        verdict(share),
+        ComponentsVerdict(components, "motor: 50 % of its rated torque", ["joint b: bearing: life is left out: no C"]),
+        [("Payloads", "3 kg on <hand>")],
     )
     assert card.count("<section") == 1 and f'class="verdict {level}"' in card and f'<p class="level">{level.capitalize()}: ' in card
     assert f'Components: <strong class="{components}">' in card and f'robot&#x27;s file: <strong class="{limits}">'.replace("&#x27;", "'") in card
-    assert "3 kg on &lt;hand&gt;" in card and "left out: joint b" in card
+    assert "3 kg on &lt;hand&gt;" in card and "<li>joint b: bearing: life is left out" in card
 
 
 @pytest.mark.parametrize(

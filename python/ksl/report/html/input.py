@@ -64,3 +64,5 @@ class ReportInput:
     """The closed mechanism, where there are loops."""
     weight: float | None = None
     """The weight of the machine, N: what is round-off of its loads is judged by it."""
+    payloads: Mapping[str, str] = field(default_factory=dict)
+    """By load case, also of those that are not shown."""

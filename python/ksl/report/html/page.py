@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
@@ -81,11 +82,12 @@ class _Page:
     def _holds_for(self) -> list[tuple[str, str]]:
         """What the verdict is of: the payloads and the load cases, which a reader of the card alone must know."""
         r = self.report
-        said = [dict(facts).get("payloads") for facts in (r.facts, *(case.facts for case in r.cases))]
-        payloads = "; ".join(dict.fromkeys(text for text in said if text))
+        alike: dict[str, list[str]] = {}
+        for case, text in r.payloads.items():
+            alike.setdefault(text, []).append(case)
+        payloads = "; ".join(f"{text} ({_named(of)})" if len(alike) > 1 else text for text, of in alike.items())
         cases = list(dict.fromkeys(str(row["case"]) for row in r.summary if row.get("case"))) or [case.name for case in r.cases]
-        listed = ", ".join(cases[:NAMED]) + (f" and {len(cases) - NAMED} more" if len(cases) > NAMED else "")
-        return ([("Payloads", payloads)] if payloads else []) + [("Load cases" if len(cases) > 1 else "Load case", listed)]
+        return ([("Payloads", payloads)] if payloads else []) + [("Load cases" if len(cases) > 1 else "Load case", _named(cases))]
 
     def _components(self) -> ComponentsVerdict | None:
         if self.report.sizing is None:
@@ -141,6 +143,10 @@ class _Page:
             html += f'<div data-case="{i}"><ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul></div>'
         html += '<ul><li><a href="#provenance">What made these results</a></li></ul>' if self.report.provenance else ""
         return f'<nav aria-label="Contents">{html}</nav>'
+
+
+def _named(cases: Sequence[str]) -> str:
+    return ", ".join(cases[:NAMED]) + (f" and {len(cases) - NAMED} more" if len(cases) > NAMED else "")
 
 
 def _of_components(report: ReportInput) -> list[dict[str, Any]]:

@@ -50,7 +50,7 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
     for name, each, _, headline in parts:
         which = f'{name}: <strong class="{each}">{each}</strong>. ' if components is not None else ""
         head += f"<p>{which}{escape(headline)}.</p>"
-    reasons = [*(verdict.reasons if verdict else ()), *(f"left out: {x}" for x in (components.left_out if components else ()))]
+    reasons = [*(verdict.reasons if verdict else ()), *(components.left_out if components else ())]
     if reasons:
         listed = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
         head += f"<p>{'Doubts' if level == 'red' else 'Not green, because'}:</p><ul>{listed}</ul>"
