@@ -134,8 +134,11 @@ def test_accelerations_jump_at_events(robot, monkeypatch):
     motion, _ = simulated_motion(m, SOME, None, [])
     assert motion.corner_times.tolist() == sorted([*inside, 2.95]) and motion.break_times.tolist() == [2.5, 2.9]
     assert motion.source.notes[-1].startswith("impacts on limits are shorter than any sample")
+    resting = "pin rests on a limit of position, first at 2.5 s: the effort there is that of drive and stop together, and neither a motor's load nor one for its effort limit"
+    assert resting in motion.doubts
     events[:] = [at(2.5, "sticks")]
-    assert not any("impacts" in note for note in simulated_motion(m, SOME, None, [])[0].source.notes)
+    motion = simulated_motion(m, SOME, None, [])[0]
+    assert not any("impacts" in note for note in motion.source.notes) and not any("rests on" in doubt for doubt in motion.doubts)
 
 
 def test_joints_that_loops_move_do_not_stand():

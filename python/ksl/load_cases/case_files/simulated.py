@@ -15,7 +15,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.base.printable import one_line
-from ksl.base.words import count
+from ksl.base.words import count, listed
 from ksl.load_cases.closed_poses import closed_pose, named_joints
 from ksl.load_cases.load_case import NEVER
 from ksl.load_cases.poses import pose_of
@@ -115,6 +115,7 @@ def simulated_motion(
         raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
     doubts = suspicions_of_pose(model, q) if how.pose is not None else []
     doubts += _left_out(model, how)
+    doubts += _at_rest(run)
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
     source = Source(
         "simulation",
@@ -158,6 +159,16 @@ def _left_out(model: Model, how: Simulated) -> list[str]:
     return (
         [f"the simulated motion is without {_and(off)} of the robot's file: physics of joints is off; turn it on with --physics {','.join(off)}"] if off else []
     )
+
+
+def _at_rest(run: Simulation) -> list[str]:
+    """That efforts are not those of drives alone where joints lie on their limits."""
+    joints = dict.fromkeys(one_line(e.joint) for e in run.events if e.what == "rest" and e.joint)
+    if not joints:
+        return []
+    first = min(e.time for e in run.events if e.what == "rest")
+    said = f"{listed(list(joints))} rest{'s' if len(joints) == 1 else ''} on a limit of position, first at {first:.6g} s"
+    return [f"{said}: the effort there is that of drive and stop together, and neither a motor's load nor one for its effort limit"]
 
 
 def _and(names: Sequence[str]) -> str:
