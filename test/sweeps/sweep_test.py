@@ -244,3 +244,13 @@ def test_lengths_in_millimetres_are_doubted():
             found = Variants(PANDA, sweep_from(tables)).doubts()
             assert [f"parameter {sweep_from(tables).parameters[0].name}:" in line and "are these millimetres?" in line for line in found] == [True] * doubted
     assert "m/s²" in Variants(PANDA, sweep_from({"base": {"motion": PICK, "gravity": [0, 0, -9810.0]}, "vary": [SPEED]})).doubts()[0]
+    heavy = sweep_from({"base": {"motion": PICK}, "vary": [{"kind": "payload", "link": "panda_flange", "values": [0.0, 1500.0]}]})
+    assert "the payload has up to 1500 kg" in (line := Variants(PANDA, heavy).doubts()[0]) and "in grams?" in line
+
+
+def test_doubts_of_the_motions_are_those_of_the_sweep(tmp_path):
+    """Noise, gaps and units that `ksl loads` doubts; and what a simulated motion lacks."""
+    rows = np.genfromtxt(PICK, delimiter=",", names=True)
+    np.savetxt(tmp_path / "noisy.csv", np.array(rows.tolist()), delimiter=",", header=",".join(rows.dtype.names), comments="", fmt="%.3f")
+    with pytest.warns(ksl.DescriptionWarning, match=r"noisy\.csv: positions of panda_joint\d are rounded to 0\.001 rad"):
+        ksl.sweep(PANDA, {"base": {"motion": str(tmp_path / "noisy.csv")}, "vary": [SPEED]}, tmp_path / "out", workers=1)

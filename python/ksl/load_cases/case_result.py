@@ -89,12 +89,13 @@ def _about_drives(case: LoadCase) -> list[str]:
 
 
 def _about_payloads(case: LoadCase) -> list[str]:
-    """Payloads far beyond what the robot could carry are suspected to be in grams."""
     own = case.model.mass - sum(p.mass for p in case.payloads)
-    heavy = [p for p in case.payloads if own > 0 and p.mass > HEAVY * own]
-    return [
-        f"the payload on {p.link} has {p.mass:g} kg, {p.mass / own:.3g} times the robot's own {own:.4g} kg: is that in grams? Masses are in kg" for p in heavy
-    ]
+    return [line for p in case.payloads for line in heavy(f"the payload on {p.link} has", p.mass, own)]
+
+
+def heavy(what: str, mass: float, own: float) -> list[str]:
+    """A payload far beyond what the robot could carry is suspected to be in grams.  what: of which payload; own: the robot's mass, kg."""
+    return [f"{what} {mass:g} kg, {mass / own:.3g} times the robot's own {own:.4g} kg: is that in grams? Masses are in kg"] if 0 < HEAVY * own < mass else []
 
 
 def _about_lengths(case: LoadCase) -> list[str]:

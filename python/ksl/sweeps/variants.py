@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ksl.base.errors import SweepError
+from ksl.load_cases.case_result import heavy
 from ksl.load_cases.case_files.simulated import samples_of, simulated_motion
 from ksl.mechanism.lengths import extent, far, far_point, strong_gravity
 from ksl.robot_files.loading import load
@@ -34,6 +35,8 @@ class Variants:
         reading = dict(sweep.reading)
         if isinstance(reading.get("map"), str):
             reading["map"] = sweep.path(reading["map"])
+        self._of_simulation: list[str] = []
+        """Doubts of the first motion that is simulated."""
         self.motions = {name: read_motion(self.model, sweep.path(name), **reading) for name in sweep.motions}
         for p in sweep.parameters:
             if p.link is not None and p.link not in self.model.link_names:
@@ -45,16 +48,15 @@ class Variants:
         return extent(self.model)
 
     def doubts(self) -> list[str]:
-        """Lengths of the sweep that are likely in millimetres, and gravity."""
-        found = []
+        """What is doubtful about the motions, and units of the sweep that can't be: of lengths, payloads and gravity."""
+        found = [f"{self.sweep.path(name)}: {doubt}" for name, motion in self.motions.items() for doubt in motion.doubts] + self._of_simulation
         for p in self.sweep.parameters:
             where = f"{self.sweep.file}: parameter {p.name}:"
             if p.kind == "payload":
                 found += far_point(f"{where} the payload is", p.center, self.extent)
+                found += heavy(f"{where} the payload has up to", _most(p), self.model.mass)
             elif p.kind == "center":
-                ends = (p.values.lower, p.values.upper) if isinstance(p.values, EvenlySpaced) else p.values
-                most = max(abs(float(x)) for x in (p.lower, p.upper, *ends))
-                found += far(f"{where} it moves a centre of mass by", most, self.extent)
+                found += far(f"{where} it moves a centre of mass by", _most(p), self.extent)
         return [*strong_gravity(self.model.gravity), *found]
 
     def case(self, values: Mapping[str, Any]) -> tuple[Model, Motion]:
@@ -75,7 +77,9 @@ class Variants:
             model = model.with_parameters(changed)
         motion = None if file is None else self.motions[file]
         if self.sweep.simulated is not None:
-            return model, simulated_motion(model, self.sweep.simulated, motion, [])[0]
+            simulated = simulated_motion(model, self.sweep.simulated, motion, [])[0]
+            self._of_simulation = self._of_simulation or list(simulated.doubts)
+            return model, simulated
         assert motion is not None  # sweep_from has refused what has none
         return model, _faster(motion, factor)
 
@@ -86,6 +90,12 @@ class Variants:
         if how is None:
             return max(len(motion.time) for motion in self.motions.values())
         return max((samples_of(how, motion) for motion in self.motions.values()), default=0) or samples_of(how, None)
+
+
+def _most(p: Parameter) -> float:
+    """The largest magnitude of the values of a parameter."""
+    ends = (p.values.lower, p.values.upper) if isinstance(p.values, EvenlySpaced) else p.values
+    return max(abs(float(x)) for x in (p.lower, p.upper, *ends))
 
 
 def _base(robot: str | os.PathLike[str] | GivenModel, sweep: Sweep) -> Model:
