@@ -511,6 +511,10 @@ def test_angles_of_joints_with_several_coordinates_are_no_lengths(robot):
     found = completed(model, TIME, turned, [[None, None]] * 3, np.arange(model.nq) < 5)
     assert found.contradictions == []
     assert "positions of B in the motion differ from those that follow by up to 0.008 rad, at 0 s" in found.closing.compared
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # quaternions of three decimals have no unit length
+        found = completed(model, TIME, np.hstack([q[:, :1], np.round(q[:, 1:], 3)]), [[None, None]] * 3, np.arange(model.nq) < 5)
+    assert "positions of B in the motion" in str(found.closing.compared)
 
 
 def test_long_lists_of_names():

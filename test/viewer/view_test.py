@@ -47,6 +47,14 @@ def test_export(arm, motion, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["arm.html"]
 
 
+def test_doubts_about_the_motion_are_said(examples, tmp_path):
+    """Noise makes the arrows: what `ksl loads` doubts, the viewer doubts."""
+    robot, pick = examples / "robots" / "ur5.urdf", np.genfromtxt(examples / "motions" / "ur5_pick.csv", delimiter=",", names=True)
+    np.savetxt(tmp_path / "m.csv", np.array(pick.tolist()), delimiter=",", header=",".join(pick.dtype.names), comments="", fmt="%.3f")
+    done = run_ksl("view", robot, tmp_path / "m.csv", "--export", tmp_path / "page.html")
+    assert done.returncode == 0 and "ksl: note: positions of shoulder_pan are rounded to 0.001 rad" in done.stderr, done.stderr
+
+
 def test_a_robot_at_rest_is_exported_too(arm, tmp_path):
     assert run(arm.file, "--export", tmp_path / "arm.html").exit_code == 0
 

@@ -93,7 +93,7 @@ def view(
 
 def _scene(model: Model, results: Results | None, motion: Path | None, reading: MotionOptions, external: Path | None, package_path: list[Path]) -> Scene:
     """What the page shows: results, a motion, or the robot at rest."""
-    from ksl.motions.reading import read_external, read_motion
+    from ksl.motions.reading import read_motion, read_wrenches
     from ksl.viewer.results_scene import scene_of_motion, scene_of_results
     from ksl.viewer.scene import make_scene
 
@@ -104,8 +104,10 @@ def _scene(model: Model, results: Results | None, motion: Path | None, reading: 
     if motion is None:
         return make_scene(model, package_paths=package_path)
     moved = read_motion(model, motion, **asdict(reading))
-    wrenches = read_external(model, external, moved.time) if external else {}
-    return scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
+    wrenches, doubts = read_wrenches(model, external, moved.time) if external else ({}, [])
+    scene = scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
+    scene.look.notes[:0] = [*moved.doubts, *doubts]
+    return scene
 
 
 def _print_notes(scene: Scene) -> None:

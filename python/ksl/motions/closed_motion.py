@@ -371,6 +371,9 @@ class Follower:
                 continue
             mixed = np.array(q)
             mixed[:, part] = self._given[:, part]
+            if joint.quaternion is not None:  # rounded ones are near enough for a comparison
+                length = np.linalg.norm(mixed[:, part][:, -4:], axis=1, keepdims=True)
+                mixed[:, part][:, -4:] /= np.where(length > 0, length, 1.0)
             off = self._model.difference(q, mixed)[:, rates]
             if joint.one_coordinate and joint.has_angle:
                 off = np.remainder(off + math.pi, 2 * math.pi) - math.pi  # a whole turn is none

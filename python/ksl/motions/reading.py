@@ -295,7 +295,9 @@ def _wrenches_of(model: Mechanism, path: str | os.PathLike[str], time: Array) ->
     times, _ = in_seconds(table, with_unit(table, column, None), whole)
     check_finite(table, {"time": times} | values)
     if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * np.abs(time).max(initial=1.0):
-        raise MotionError(f"{table.file}: its times are not those of the motion; give one line for each sample that is used, or wrenches over time of a load case, which are interpolated (--cases, docs/cases.md)")
+        raise MotionError(
+            f"{table.file}: its times are not those of the motion; give one line for each sample that is used, or wrenches over time of a load case, which are interpolated (--cases, docs/cases.md)"
+        )
     wrenches: dict[str, Array] = {}
     for name, x in values.items():
         link, _, component = name.rpartition(".")

@@ -78,7 +78,7 @@ class Variants:
         motion = None if file is None else self.motions[file]
         if self.sweep.simulated is not None:
             simulated = simulated_motion(model, self.sweep.simulated, motion, [])[0]
-            self._of_simulation = self._of_simulation or list(simulated.doubts)
+            self._of_simulation = self._of_simulation or [doubt for doubt in simulated.doubts if motion is None or doubt not in motion.doubts]
             return model, simulated
         assert motion is not None  # sweep_from has refused what has none
         return model, _faster(motion, factor)

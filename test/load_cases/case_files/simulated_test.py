@@ -187,11 +187,13 @@ def test_a_motion_that_is_not_followed_is_said(controller, said):
     b = ksl.Builder("arm").add_link("base").add_link("upper", 2.0, (0, 0, -0.2), np.diag([0.03, 0.03, 0.004]))
     m = b.add_joint("hinge", "revolute", "base", "upper", axis=(0, 1, 0), limits=(-3, 3), effort=50, velocity=9, damping=2.0, friction=0.1).build()
     t = np.linspace(0, 0.2, 21)
-    followed = Motion(t, np.sin(t)[:, None], np.cos(t)[:, None], -np.sin(t)[:, None])
+    followed = Motion(t, np.sin(t)[:, None], np.cos(t)[:, None], -np.sin(t)[:, None], doubts=["it is noisy"])
     how = Simulated(controller=controller, stiffness=100.0, damping=10.0, start=0.1)
     motion, kind = simulated_motion(m, how, followed, [])
     notes = [note for note in motion.source.notes if "is not followed" in note]
     assert len(notes) == bool(said) and ("which is not followed" in kind) == bool(said)
+    assert motion.doubts.count("it is noisy") == 1, "its state is one of the noisy motion at least"
+    assert "it is noisy" not in simulated_motion(m, replace(how, controller="none", pose={}), followed, [])[0].doubts
     if said:
         assert f"of it the run takes its state at 0.1 s, where the run begins, and its end; {said}" in notes[0]
     assert [d for d in motion.doubts if "physics of joints is off" in d] == [

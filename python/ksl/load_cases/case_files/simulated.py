@@ -114,6 +114,10 @@ def simulated_motion(
             raise MotionError("simulation: more steps than 10,000,000; take longer ones, or an earlier end")
         raise MotionError(f"simulation: {run.reason} at its beginning, {run.ended:.6g} s; check the start, gains and units")
     doubts = suspicions_of_pose(model, q) if how.pose is not None else []
+    if followed is not None and how.controller in FOLLOWING:
+        doubts += followed.doubts
+    elif how.pose is None and (there := how.state_of or followed) is not None:
+        doubts += there.doubts
     doubts += _left_out(model, how)
     doubts += _at_rest(run)
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
