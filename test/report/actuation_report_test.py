@@ -45,6 +45,16 @@ def test_what_is_printed(knee):
     assert re.search(r"motion: knee_motor: \S+ at most, of which the static map misses", said)
 
 
+def test_doubts_about_the_motion_are_said(knee, tmp_path):
+    folder, said = knee
+    assert "doubt" not in said and "Doubts" not in (folder / "out" / "report.html").read_text()
+    rows = walk(tmp_path / "walk.csv")
+    np.savetxt(tmp_path / "walk.csv", rows, delimiter=",", header="time,hip_pitch,knee", comments="", fmt="%.3f")
+    done = run_ksl("actuation", folder / "knee.urdf", "--joints", "knee", "--motion", tmp_path / "walk.csv", "-o", tmp_path / "out")
+    for text in (done.stdout, (tmp_path / "out" / "report.html").read_text()):
+        assert re.search(r"positions of (hip_pitch|knee) are rounded to 0\.001 rad", text), done.stdout
+
+
 def test_tables(knee):
     import pyarrow.csv
     import pyarrow.parquet

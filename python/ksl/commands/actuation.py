@@ -92,4 +92,6 @@ def _print(run: ActuationRun, output: Path, written: list[str]) -> None:
         for k, name in enumerate(a.motors):
             peak, static = (float(abs(x[:, k]).max()) for x in (run.motion.efforts, run.motion.efforts - run.motion.static))
             say(out, f"motion: {name}: {peak:.4g} at most, of which the static map misses {static:.3g}")
+        for doubt in run.motion.doubts:
+            say(out, f"  doubt: {doubt}")
     say(out, f"written to {output}: {', '.join(written)}")

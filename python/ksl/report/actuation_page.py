@@ -190,5 +190,6 @@ def _motion(run: ActuationResults, charts: Charts) -> str:
     forces = "; ".join(f"{name} {format_number(np.abs(x.forces[:, k]).max())} N" for k, name in enumerate(a.loops))
     head = ("Motor", "Largest effort", "Share", "Largest velocity", "Share", "The static map errs by")
     lines = f"<p>Rods: {escape(forces)}.</p>" if forces else ""
+    lines += f"<p>Doubts:</p><ul>{''.join(f'<li>{escape(doubt)}</li>' for doubt in x.doubts)}</ul>" if x.doubts else ""
     lines += f"<p>Efforts of the serial model are off along it, root mean square: {escape(off)}.</p>"
     return f'<section id="motion"><h2>Along the motion</h2>{_table(head, rows)}{lines}<div class="charts">{"".join(figures)}</div></section>'

@@ -52,6 +52,8 @@ class MotionThrough:
     forces: Array
     """(n, loops), N."""
     errors: SerialErrors
+    doubts: tuple[str, ...] = ()
+    """Why the motion's numbers may be wrong, as `Motion.doubts` says it."""
 
 
 @dataclass(frozen=True)

@@ -132,5 +132,5 @@ def _through(a: Actuation, serial: Model, motion: Motion) -> MotionThrough:
     efforts = whole.motor_efforts(q, v, acceleration, carrier)
     return MotionThrough(
         np.asarray(motion.time), a.motors_of(q), a.motor_velocities(q, v), efforts, efforts - whole.lost_efforts(q, v, acceleration, carrier),
-        whole.loop_forces(q, v, acceleration, carrier), a.serial_errors(serial, q, v, acceleration, carrier),
+        whole.loop_forces(q, v, acceleration, carrier), a.serial_errors(serial, q, v, acceleration, carrier), tuple(motion.doubts),
     )  # fmt: skip
