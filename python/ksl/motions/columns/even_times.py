@@ -18,7 +18,7 @@ FINE = 1e-9
 SLACK = 1.1
 """The line through rounded times is not quite that through the exact ones."""
 DIGITS = range(10)
-"""Decimals of a second that times may be rounded to."""
+"""So many decimals of seconds are looked for."""
 
 
 def even_again(time: Array, spacing: Array) -> tuple[Array, str]:
