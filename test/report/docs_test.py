@@ -102,6 +102,13 @@ def test_components_that_cannot_be_are_refused_before_anything_is_computed(tmp_p
     assert not (tmp_path / "o").exists()
 
 
+def test_wrenches_that_components_cannot_take_are_refused_by_the_name_of_the_folder(tmp_path):
+    (tmp_path / "c.toml").write_text('[[component]]\njoint = "panda_joint2"\nkind = "limits"\ntorque = 9\n')
+    two = ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv"
+    done = run_ksl("loads", *two, "-o", tmp_path / "o", "--components", tmp_path / "c.toml", "--axes", "world")
+    assert done.returncode == 2 and done.stderr.startswith(f"ksl: {tmp_path / 'o'}: wrenches are in the axes `world`"), done.stderr
+
+
 def test_several_load_cases_are_one_page(tmp_path):
     done = run_ksl("loads", ROOT / "examples/robots/ur5.urdf", "--cases", ROOT / "examples/cases/ur5_cases.toml", "-o", tmp_path / "o", "--json")
     assert done.returncode == 0, done.stderr

@@ -49,7 +49,7 @@ class ReportFiles:
         try:
             found = size(directory, self.components)
         except SizingError as e:
-            raise SizingError(str(e).replace(str(directory), str(later))) from None
+            raise SizingError(f"{e}".replace(str(directory), str(later))) from None  # the name of the folder, and no word of the sentence
         except ModuleNotFoundError as e:
             raise SizingError(f"{self.components}: needs the package {e.name}; install it with: pip install 'ksl[size]'") from None
         for file in found.provenance["inputs"]:
