@@ -214,6 +214,11 @@ def test_the_cache_holds_what_was_compiled_and_only_the_users_own(ur5, tmp_path,
     assert same(ur5.compile(["energy"]).energy(given[0], given[1]), expected) and len(count) == 2
     (tmp_path / "code").chmod(0o777)  # others could have put code there
     assert same(ur5.compile(["energy"]).energy(given[0], given[1]), expected) and len(count) == 3
+    library.unlink()
+    library.mkdir()
+    with pytest.raises(CompilerError, match="make room there, or name another folder for compiled code in the variable KSL_CACHE"):
+        ur5.compile(["energy"])
+    library.rmdir()
     monkeypatch.setattr(cache, "MOST_BYTES", 0)
     ur5.compile(["mass_matrix"])
     assert len(list((tmp_path / "code").glob(f"*{cache.SUFFIX}"))) == 1  # the oldest went

@@ -308,6 +308,9 @@ def test_files_are_the_same_each_time_and_those_of_others_stay(ur5, tmp_path, mo
     assert not [name for name in zipfile.ZipFile(ksl.fmu(ur5, tmp_path / "mine.fmu")).namelist() if name.startswith("binaries")]
     with pytest.raises(ksl.CompilerError, match="no-such-compiler"):
         ksl.fmu(ur5, tmp_path / "mine.fmu", compiler="no-such-compiler")
+    monkeypatch.setenv("KSL_CC", "not-this-one-either")
+    with pytest.raises(ksl.CompilerError, match="not-this-one-either"):
+        ksl.fmu(ur5, tmp_path / "mine.fmu")
 
 
 @pytest.mark.parametrize(

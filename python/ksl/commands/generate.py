@@ -139,7 +139,9 @@ def generate(
                 kind=fmu,
                 method=method,
                 step=step,
-            ).replace("--kind", "--fmu")
+            )
+            .replace("--kind", "--fmu")
+            .replace("\n    ", " ")  # what a compiler says
         )
     alone = "" if not fmu or _has_binary(files[0]) else ", sources alone, since there is no compiler of C for a binary"
     out = console(120)

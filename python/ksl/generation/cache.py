@@ -60,18 +60,21 @@ def cached(key: str, make: Callable[[Path, Path, Path], None], text: str, suffix
         with contextlib.suppress(OSError):
             os.utime(library)
         return library
-    with tempfile.TemporaryDirectory(dir=folder, prefix="making-") as place:
-        source, made = Path(place) / "code.c", Path(place) / f"code{suffix}"
-        source.write_text(text, encoding="ascii", newline="\n")
-        kept = folder / f"failed-{key[:16]}.c"
-        try:
-            make(source, made, kept)
-        except CompilerError:
-            if text:
-                os.replace(source, kept)
-            raise
-        _said(library).write_text(_hash(made), encoding="ascii")
-        os.replace(made, library)  # whole, or not at all: other processes may load it
+    try:
+        with tempfile.TemporaryDirectory(dir=folder, prefix="making-") as place:
+            source, made = Path(place) / "code.c", Path(place) / f"code{suffix}"
+            source.write_text(text, encoding="ascii", newline="\n")
+            kept = folder / f"failed-{key[:16]}.c"
+            try:
+                make(source, made, kept)
+            except CompilerError:
+                if text:
+                    os.replace(source, kept)
+                raise
+            _said(library).write_text(_hash(made), encoding="ascii")
+            os.replace(made, library)  # whole, or not at all: other processes may load it
+    except OSError as error:
+        raise CompilerError(f"{error.filename2 or error.filename or folder}: {error.strerror}; make room there, or name another folder for compiled code in the variable {VARIABLE}") from None
     _forget_oldest(folder, library)
     return library
 

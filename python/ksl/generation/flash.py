@@ -48,7 +48,7 @@ def of_soft_float(scalar: str) -> str:
 
 def refuse_larger(functions: Sequence[Function], scalar: str, names: int, flash: int) -> None:
     """Raises ArgumentError where the code takes more than `flash` bytes; 0 takes any.  names: as of flash_bytes."""
-    if flash < 0:
+    if not isinstance(flash, int) or flash < 0:
         raise of_argument(ArgumentError, "flash", ": expected a number of bytes, or 0 for any", flash)
     needed = flash_bytes(functions, scalar, names)
     if flash and needed > flash:

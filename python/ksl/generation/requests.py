@@ -120,7 +120,7 @@ def refuse_unwritten(functions: Sequence[Function], without: str) -> None:
 def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, undetermined: Undetermined) -> Function:
     head, colon, rest = asked.partition(":")
     derivative, _, row = head.rpartition(".")
-    if derivative and derivative not in DERIVATIVES:
+    if derivative not in DERIVATIVES and row != head:
         raise ArgumentError(f"algorithms: {asked!r}: a derivative is {' or '.join(f'{kind}.{row}' for kind in DERIVATIVES)}")
     if row not in ROWS:
         near = close_names(row, list(ROWS), 1)

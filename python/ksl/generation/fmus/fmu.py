@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ksl.base.errors import ArgumentError, CompilerError, of_argument
 from ksl.generation.arguments import Arguments
-from ksl.generation.compiler import Compiler, find_compiler
+from ksl.generation.compiler import VARIABLE, Compiler, find_compiler
 from ksl.generation.files import Code
 from ksl.generation.fmus.fmu_description import build_description, model_description
 from ksl.generation.fmus.fmu_model import FmuModel
@@ -143,7 +143,7 @@ def _compiler(name: str | None) -> Compiler | None:
     try:
         return find_compiler(name)
     except CompilerError:
-        if name is not None:
+        if name is not None or os.environ.get(VARIABLE):
             raise
         return None
 
