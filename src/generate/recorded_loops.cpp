@@ -187,8 +187,8 @@ void record_closed(const recorded_mechanism &of, const algorithm_row &row, const
   s.external = forces.all();
   if (row.loops != loops_by::parts) {
     record_tree(of, by, s);
-    if (row.results ==
-        0) // the efforts are those of other pivots where the plan doesn't determine them, and so are the reactions
+    // the efforts are those of other pivots where the plan doesn't determine them, and so are the reactions
+    if (row.request == request_kind::reactions)
       mark_missing(sum_of(s.result[0], nv), s.result[by.results], 6 * std::ptrdiff_t(s.joints->n));
     return;
   }
