@@ -183,6 +183,22 @@ def test_closed_mechanisms_take_the_pivots_of_the_state_where_those_of_the_code_
         m.compile(["forward_dynamics"], scalar="float")
 
 
+def test_large_derivatives_of_closed_mechanisms_have_the_bits_of_one_state():
+    """Beyond 1e10 the engine looks at a state again, by pivots of its own: in batches and in code, too."""
+    m, rng = ksl.load(EXAMPLES / "excavator.urdf"), np.random.default_rng(1)
+    fast, rows = m.compile(["inverse_dynamics_derivatives"]), [[], [], []]
+    start = m.close(m.neutral()).q
+    for speed in np.geomspace(1, 1e7, 20):
+        q = m.close(m.integrate(start, rng.normal(size=m.nv) * 0.1)).q
+        v = m.consistent_velocity(q, speed * rng.normal(size=m.nv), given=m.independent(q))
+        for x, to in zip((q, v, m.consistent_acceleration(q, v, rng.normal(size=m.nv), given=m.independent(q))), rows):
+            to.append(x)
+    q, v, a = map(np.array, rows)
+    alone = tuple(map(np.array, zip(*(m.inverse_dynamics_derivatives(*x) for x in zip(q, v, a)))))
+    assert np.abs(alone[0][-1]).max() > 1e10 > np.abs(alone[0][0]).max()
+    assert same(alone, m.inverse_dynamics_derivatives(q, v, a)) and same(alone, fast.inverse_dynamics_derivatives(q, v, a))
+
+
 def test_what_is_not_compiled_is_refused_with_its_name(ur5):
     for m, row, sentence in (
         (ur5, "mass_matrix_upper", "unwritten"),

@@ -103,10 +103,12 @@ RESULT = {
 class Batch:
     """The function of many states for one recorded function.
 
-    of_library: the library calls it: it stops before a block with a result that isn't ordinary, and each wrench has rows of its own."""
+    of_library: the library calls it: it stops before a block with a result that isn't ordinary, and each wrench has rows of its own.
+    closed: the function is of a closed mechanism, whose large results the library looks at again."""
 
-    def __init__(self, function: Function, number: int, prefix: str, scalar: str, lanes: int, of_library: bool = True) -> None:
+    def __init__(self, function: Function, number: int, prefix: str, scalar: str, lanes: int, of_library: bool = True, closed: bool = False) -> None:
         self.function, self.number, self.prefix, self.scalar, self.lanes, self.of_library = function, number, prefix, scalar, lanes, of_library
+        self.judges_squares = of_library and (closed or ROWS[function.row].needs_mass)
         recording = function.recording
         self.printer, self.kept = LanesPrinter(recording, prefix), 0
         self.inputs: list[tuple[str, int, str]] = []
@@ -155,7 +157,7 @@ class Batch:
         given = [name for name, _ in self.function.recording.inputs] + [name for name, _, _ in self.results]
         text["BLOCKS"] = str(self.printer.blocks)
         text["LISTED"] = ", ".join(f"{name}_l" for name in (*given, "w"))
-        squares = self.of_library and ROWS[self.function.row].needs_mass
+        squares = self.judges_squares
         most = LARGEST[squares][self.scalar]
         ordinary = " && ".join(
             f"@ordinary({place}, {size}, {self.printer.literal(most)}, {int(squares)})" for (_, _, place), size in zip(self.results, self.distinct)
@@ -210,9 +212,9 @@ def definitions(batches: Sequence[Batch], judged: bool) -> str:
     return "\n".join([*parts, in_words(ROWS_TYPE + (ORDINARY if judged else ""), prefix, scalar, lanes)])
 
 
-def source(functions: Sequence[Function], prefix: str, scalar: str, lanes: int) -> tuple[str, list[int]]:
+def source(functions: Sequence[Function], prefix: str, scalar: str, lanes: int, closed: bool = False) -> tuple[str, list[int]]:
     """The text of a library with a function `PREFIXcall_K` for each of the functions, and the bytes of memory that each needs."""
-    batches = [Batch(function, number, prefix, scalar, lanes) for number, function in enumerate(functions)]
+    batches = [Batch(function, number, prefix, scalar, lanes, closed=closed) for number, function in enumerate(functions)]
     parts = [INCLUDED, definitions(batches, judged=True)]
     for number, batch in enumerate(batches):
         parts += [

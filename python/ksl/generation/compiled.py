@@ -60,7 +60,7 @@ def compiled(
             )
     refuse_unwritten(functions, "isn't compiled; the whole matrix is")
     lanes = instruction_bytes(_core.instruction_set()) // (4 if single else 8)
-    text, memory = source(functions, PREFIX, scalar, lanes)
+    text, memory = source(functions, PREFIX, scalar, lanes, bool(model.loops))
     library = load(text, find_compiler(compiler))
     code = []
     for number, function in enumerate(functions):

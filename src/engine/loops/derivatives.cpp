@@ -5,6 +5,7 @@
 
 #include "engine/mimic/mechanism_kernel.hpp"
 #include "engine/loops/sparse_product.hpp"
+#include "engine/states/ordinary_results.hpp"
 #include "engine/states/thread_memory.hpp"
 #include "text/rounding.hpp"
 
@@ -208,7 +209,7 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
   for (int r = 0; r < 3; ++r)
     s.result[r] = memory.take<double>(numbers[r]);
   // the kernel's workspace is what is left behind the pieces; take(0) is where it begins
-  if (!kernel.state(memory.take<std::byte>(0), s)) // NaN, or so large that all is looked at again
+  if (!kernel.state(memory.take<std::byte>(0), s) && !ordinary_results(row_by_plan(forward), m, s))
     return false;
   for (int r = 0; r < 3; ++r)
     std::copy_n(s.result[r], numbers[r], out[r]);
@@ -222,13 +223,8 @@ void derive_in_lanes(bool forward, const model &m, const batch_view<double> &bat
   const model_view<double> &view = m.view();
   const mimic::mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
   kernel.batch(batch, thread_memory(kept_for::workspace, kernel.batch_bytes(batch)));
-  for (std::size_t k = 0; k < batch.n; ++k) {
-    double sum = 0; // a state that the plan doesn't fit has NaN in all elements but zeros
-    for (int r = 0; r < 2; ++r)
-      for (std::ptrdiff_t i = 0; i < m.nv() * std::ptrdiff_t(view.loops->freedoms); ++i)
-        sum += row(batch.result[r], k)[i] * 0;
-    done[k] = sum == 0;
-  }
+  for (std::size_t k = 0; k < batch.n; ++k) // as of one state
+    done[k] = ordinary_results(row_by_plan(forward), m, batch, k, k + 1);
 }
 
 } // namespace ksl::loops
