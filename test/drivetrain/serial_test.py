@@ -45,7 +45,12 @@ def test_small_and_large_legs_are_as_exact(size):
     """Masses by the cube of the size, inertias by its fifth power."""
     text = (ROBOTS / "two_rod_ankle.urdf").read_text()
     times = lambda power: lambda found: found[1] + " ".join(repr(size**power * float(x)) for x in found[2].split()) + '"'
-    for what, power in ((r"(<origin xyz=\")([^\"]*)\"", 1), (r"(_origin xyz=\")([^\"]*)\"", 1), (r"(<mass value=\")([^\"]*)\"", 3), (r"(\bi[xyz]{2}=\")([^\"]*)\"", 5)):
+    for what, power in (
+        (r"(<origin xyz=\")([^\"]*)\"", 1),
+        (r"(_origin xyz=\")([^\"]*)\"", 1),
+        (r"(<mass value=\")([^\"]*)\"", 3),
+        (r"(\bi[xyz]{2}=\")([^\"]*)\"", 5),
+    ):
         text = re.sub(what, times(power), text)
     a, q = ksl.load_string(text).actuation(JOINTS["two_rod_ankle"]), np.array(AT["two_rod_ankle"])
     serial = a.serial_model(at=q)

@@ -74,7 +74,9 @@ def cached(key: str, make: Callable[[Path, Path, Path], None], text: str, suffix
             _said(library).write_text(_hash(made), encoding="ascii")
             os.replace(made, library)  # whole, or not at all: other processes may load it
     except OSError as error:
-        raise CompilerError(f"{error.filename2 or error.filename or folder}: {error.strerror}; make room there, or name another folder for compiled code in the variable {VARIABLE}") from None
+        raise CompilerError(
+            f"{error.filename2 or error.filename or folder}: {error.strerror}; make room there, or name another folder for compiled code in the variable {VARIABLE}"
+        ) from None
     _forget_oldest(folder, library)
     return library
 

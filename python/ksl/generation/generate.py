@@ -91,7 +91,9 @@ def generate(
             f"abi=\"casadi\": CasADi's functions have the engine's bits, and are for no microcontroller; leave {given} out, or generate both apart"
         )
     if derivatives != 1 and abi != "casadi":
-        raise of_argument(ArgumentError, "derivatives", ': are those of functions for CasADi; ask for abi="casadi" (--abi casadi), or leave it out', derivatives)
+        raise of_argument(
+            ArgumentError, "derivatives", ': are those of functions for CasADi; ask for abi="casadi" (--abi casadi), or leave it out', derivatives
+        )
     prefix = checked_prefix(name)
     if isinstance(algorithms, str):
         algorithms = algorithms.split(",")

@@ -17,7 +17,8 @@ LARGEST_STACK = 4 << 20
 
 def lanes_header(first_line: str, name: str, scalar: str, lanes: int, batches: Sequence[Batch]) -> str:
     declared = "".join(
-        f"/* {batch.bytes():,} bytes of stack, and what its steps take. */\nvoid {name}_lanes_{batch.function.name}({parameters(batch.function, scalar)});\n" for batch in batches
+        f"/* {batch.bytes():,} bytes of stack, and what its steps take. */\nvoid {name}_lanes_{batch.function.name}({parameters(batch.function, scalar)});\n"
+        for batch in batches
     )
     return f"""\
 /* {first_line}
