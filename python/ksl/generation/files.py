@@ -60,7 +60,7 @@ class Code:
 
     def files(self) -> dict[str, str]:
         """{name: text}, the same each time."""
-        many = {}
+        many: dict[str, str] = {}
         if self.lanes:
             many |= lanes_files(self.first_line(), self.name, self.scalar, self.lanes, self.functions, self.contract)
         if self.cuda:
