@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 import ksl
 from examples import JOINTS, ROBOTS, leg, model
 from ksl.drivetrain.least_squares import not_negative
+from ksl.drivetrain.region import usable_ranges
 
 AT = {"two_rod_ankle": [0.1, -0.1], "four_bar_knee": [0.4], "differential_wrist": [0.02, 1.0], "three_rod_platform": [0.01, 0.05, -0.1]}
 
@@ -82,6 +83,17 @@ def test_limits():
         assert (np.abs(a.static_motor_efforts(q, np.broadcast_to(tau * signs, q.shape))) <= 36.5).all()
     assert all(mean.joint(joint).effort >= safe.joint(joint).effort for joint in a.joints)
     assert_allclose([safe.joint("ankle_pitch").damping, safe.joint("ankle_roll").damping], [2 * 0.02, 2 * 0.02 * 0.8**2], rtol=1e-12)
+
+
+def test_positions_end_where_they_are_used(monkeypatch):
+    """But for a joint that turns without an end."""
+    monkeypatch.setattr("ksl.drivetrain.serial.SAMPLES", 20)
+    text = (ROBOTS / "four_bar_knee.urdf").read_text()
+    for kind in ("revolute", "continuous"):
+        a = ksl.load_string(text.replace('name="knee" type="revolute"', f'name="knee" type="{kind}"')).actuation(["knee"])
+        joint = a.serial_model().joint("knee")
+        ends = usable_ranges(a, a.start[a.of_joints])[0] if kind == "revolute" else (None, None)
+        assert (joint.kind, joint.lower, joint.upper) == (kind, *ends)
 
 
 @pytest.mark.parametrize("name", ["two_rod_ankle", "four_bar_knee"])

@@ -107,7 +107,8 @@ def distances(equations: Equations) -> tuple[list[LoopRow], list[str], list[Idle
             left.append(rod)
             continue
         carried = np.linalg.inv(tree.frame_pose(neutral, joint.parent)) @ tree.frame_pose(neutral, rod.link)
-        found.append(LoopRow("distance", ((joint.parent, carried), other), np.zeros(3), np.zeros(3), np.zeros(3), float(np.linalg.norm(own[:3, 3]))))
+        nothing = np.zeros(3)
+        found.append(LoopRow("distance", ((joint.parent, carried), other), nothing, nothing, nothing, float(np.linalg.norm(own[:3, 3]))))
         joints.append(joint.name)
     return found, joints, left
 
