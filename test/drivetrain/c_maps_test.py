@@ -183,6 +183,7 @@ def test_rows_of_loops_are_derivatives(arguments):
 @pytest.mark.parametrize("name", JOINTS)
 def test_rows_of_the_examples_are_derivatives(name):
     rows_are_derivatives(leg(name))
+    assert len(distances(leg(name).equations)[0]) == len(leg(name).equations.rods), "each of their rods has balls at both ends"
 
 
 def test_pivots_are_large_in_their_rows_and_keep_their_signs():

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.optimize import linprog
+from scipy.optimize import brentq, linprog
 
 import ksl
 from examples import JOINTS, ROBOTS, leg
@@ -117,6 +117,14 @@ def test_positions_beyond_the_limit_of_a_ball_are_not_used():
     for limits, used in (({}, [True, True]), ({"ball_left_top": 0.3}, [True, False])):
         assert within(a.model.actuation(a.joints, ball_limits=limits), q).tolist() == used
     assert within(leg("differential_wrist"), np.array([[0.0, 0.0], [0.05, 1.0]])).all()
+
+
+def test_positions_are_used_down_to_a_tenth_of_what_holds_at_the_start():
+    a = leg("four_bar_knee")
+    share = lambda q: float(a.motor_jacobian([q])[0, 0] / a.motor_jacobian(a.start[a.of_joints])[0, 0])
+    ends = a.range("knee").upper
+    for wanted in (0.095, 0.105):
+        assert within(a, np.array([[brentq(lambda q: share(q) - wanted, 0.5, ends - 1e-4)]])).tolist() == [wanted > 0.1]
 
 
 def test_positions_are_used_within_limits_of_motors():

@@ -113,6 +113,12 @@ def test_positions_that_are_used_hold_as_at_the_start():
     assert len(W) > 20 and (0.1 < sizes).all() and (sizes < 10).all()
 
 
+def test_a_third_motor_holds_where_two_hold_nothing():
+    two = three_rods().with_drives(MOTORS[:2]).actuation(["pitch", "roll"]).range("roll", limits=False)
+    three = shared().range("roll", limits=False)
+    assert (two.lower_by, three.lower_by) == ("hold", "reach") and three.lower < two.lower - 0.1
+
+
 def test_sharing_among_as_many_motors_as_joints_is_none():
     m = three_rods().with_drives(MOTORS[:2])
     a, b = m.actuation(["pitch", "roll"], sharing="limits"), m.actuation(["pitch", "roll"])
