@@ -47,7 +47,8 @@ class Equations:
 
     def forces(self, multipliers: Array) -> list[Array]:
         """For each loop of the part the forces (n, …) of multipliers (n, rows): of lengths, the first rows of its joint that are along directions that it resists."""
-        found, start = [], 0
+        found: list[Array] = []
+        start = 0
         for loop in self.m.loops:
             if loop in self.part.loops:
                 rows = [(self.rows.index(start + k), force) for k, force in enumerate(_forces(loop)) if start + k in self.rows]
