@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Of the hashes that pip-compile lists, keep those of files that pip takes where KSL is built: CPython 3.11 to 3.14 on Linux with glibc from 2.28 on, on
 x86-64 and Arm, and on macOS from 13 on, on Arm.  Elsewhere pip refuses a package whose hash isn't listed.
+A package has a line.
 
     scripts/dist/keep_hashes.py REQUIREMENTS…"""
 
@@ -43,10 +44,10 @@ def shortened(text: str) -> str:
         kept = set().union(*(taken(many, tags, python, folder) for tags in machines() for python in PYTHONS))
     out = ""
     for package in packages:
-        first, *hashes = package.replace(" \\\n", "\n").splitlines()
+        first, *hashes = map(str.strip, package.replace(" \\\n", "\n").splitlines())
         if len(hashes) > FEW:
             hashes = [line for line in hashes if line.split(":")[1] in kept]
-        out += " \\\n".join([first, *hashes]) + "\n"
+        out += " ".join([first, *hashes]) + "\n"
     return out
 
 
