@@ -395,6 +395,7 @@ def test_small_loads_at_a_stand_and_in_the_cycle():
     assert (found["holding torque"], found["repeated peak torque"], found["acceleration torque"]) == (0.3, 0.3, 0.3)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize(
     ("mean", "swing", "damage", "hours"),
     [(50.0, 5.0, (10 / 30) ** 4 / 2e6, 1 / 3600), (100.0, 5.0, math.inf, 0.0), (50.0, 0.0, 0.0, math.inf), (100.0, 0.0, 0.0, math.inf)],

@@ -99,7 +99,8 @@ def cycles_to_failure(amplitude: ArrayLike, k: float, knee_amplitude: float, kne
 
 def miner_sum(amplitude: ArrayLike, count: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary") -> float:
     """Damage D = Σ c/N of amplitudes (n) with counts (n); 1 is failure.  Palmgren–Miner."""
-    return float(np.sum(np.asarray(count, dtype=float) / cycles_to_failure(amplitude, k, knee_amplitude, knee_cycles, below)))
+    with np.errstate(divide="ignore"):  # what can't be borne once
+        return float(np.sum(np.asarray(count, dtype=float) / cycles_to_failure(amplitude, k, knee_amplitude, knee_cycles, below)))
 
 
 def equivalent_amplitude(amplitude: ArrayLike, count: ArrayLike, k: float, cycles: float) -> float:
