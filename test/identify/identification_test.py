@@ -416,7 +416,7 @@ def test_a_factor_that_is_the_gear_ratio_is_named():
     assert not identify(arm, q, v, a, arm.inverse_dynamics(q, v, a)).doubts
 
 
-@pytest.mark.parametrize(("seed", "deviation"), zip(range(40), itertools.cycle([1e-4, 1e-3, 1.0])))
+@pytest.mark.parametrize(("seed", "deviation"), list(zip(range(40), itertools.cycle([1e-4, 1e-3, 1.0]))))
 def test_exact_efforts_leave_nothing_whatever_the_prior_says(seed, deviation):
     """What least squares leaves nothing of, no prior may turn into noise; or `converged` says that it did."""
     tree, q, v, a = a_tree(seed)

@@ -45,6 +45,7 @@ def test_power_balances_are_doubted_from_a_hundredth_on(drive, rate, more, resid
     assert balance.relative_residual == pytest.approx(residual, rel=2e-2, abs=1e-12) and balance.doubtful == doubtful
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_balance_beyond_the_range_is_refused(robot):
     """A speed that ends at once: wrenches and energies are numbers, and the rate of the energy is none."""
     v = np.where(np.arange(8) < 4, 1e74, 0.0)[:, None]

@@ -62,7 +62,7 @@ class Numbers:
         return np.array([of[name]["value"] if isinstance(of[name], dict) else of[name] for name in self.names])
 
 
-@pytest.mark.parametrize("case, state", states())
+@pytest.mark.parametrize("case, state", list(states()))
 def test_dynamics(case, state):
     n = Numbers(case, state)
     m, q, v, a = n.m, n.q, n.v, n.a
@@ -90,7 +90,7 @@ def test_dynamics(case, state):
         close_to(m.with_drives(list(more)).inverse_dynamics(q, v, a), wanted)
 
 
-@pytest.mark.parametrize("case, state", states())
+@pytest.mark.parametrize("case, state", list(states()))
 def test_geometry_and_derivatives(case, state):
     n = Numbers(case, state)
     m, q, v, a = n.m, n.q, n.v, n.a

@@ -77,7 +77,8 @@ class Curves:
         energy = kinetic + potential
         supplied = self.case.model.external_power(q, v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, kinetic, potential, q, v, self._largest_effort)
-        exchanged = float(np.max(np.abs(np.gradient(kinetic, motion.time)), initial=0.0))
+        with np.errstate(divide="ignore", invalid="ignore"):  # what isn't finite is refused by the balance
+            exchanged = float(np.max(np.abs(np.gradient(kinetic, motion.time)), initial=0.0))
         if motion.integrated:
             rate = self._rate_along(q, v, motion.resolved_a)
             least = max(LEAST_SHARE * float(np.max(kinetic)), LEAST_ENERGY * float(np.max(np.abs(potential))), round_off * float(np.max(np.diff(motion.time))))
