@@ -108,7 +108,9 @@ def test_exact_friction_is_for_inverse_dynamics_only():
 
 def test_models_made_from_models_keep_it(tmp_path):
     m = arm().build(physics="all", friction_width=0.05)
-    turned, held, double = m.with_root("lower"), m.with_frozen_joints({"elbow": -1.9}), m.merged(m, "lower", prefix="second_")
+    with pytest.warns(ksl.DescriptionWarning, match="rotor bodies"):  # of another root
+        turned = m.with_root("lower")
+    held, double = m.with_frozen_joints({"elbow": -1.9}), m.merged(m, "lower", prefix="second_")
     for other in (turned, held, double, m.subtree("upper"), m.with_payload("lower", 1.0), m.with_frame("tip", "lower")):
         assert other.physics == ALL and other.friction_width == 0.05
     np.testing.assert_allclose(turned.effort_parts(Q[::-1], V[::-1], A[::-1])[1:, ::-1], m.effort_parts(Q, V, A)[1:], rtol=1e-14)
@@ -245,3 +247,20 @@ def test_two_laws_for_the_same_are_refused(plain, refined):
         with pytest.raises(ksl.DescriptionError, match=f'physics names both "{plain}" and "{refined}", two laws for the same thing; keep one'):
             arm().build(physics=names)
     assert refined in arm().build(physics=["all", refined]).physics
+
+
+def test_rotors_stay_on_their_links_under_another_root_and_a_warning_tells_where_later_ones_are():
+    bare = arm().add_link("cart", 2.0, inertia=np.eye(3)).add_joint("mount", "fixed", "base", "cart").build(floating_base=True)
+    m = bare.with_physics("rotor bodies")
+    q, v = np.r_[0, 0, 0, 0, 0, 0, 1, Q], np.r_[0.1, 0.2, 0.3, 3.0, 4.0, 5.0, V]
+    for before in (m, bare):
+        with pytest.warns(ksl.DescriptionWarning) as told:
+            turned = before.with_root("lower")
+        assert [str(w.message).split(";")[0].split(" have its rotor on ")[1] for w in told] == [
+            "link upper in place of link base",
+            "link lower in place of link upper",
+        ]
+        later = turned.with_physics(None).with_physics("rotor bodies")
+        stays, moved = (x.energy(np.r_[q[:7], Q[::-1]], np.r_[m.frame_velocity(q, v, "lower"), V[::-1]])[0] for x in (turned, later))
+        np.testing.assert_allclose(stays, before.energy(q, v)[0], rtol=1e-12)
+        assert abs(moved - m.energy(q, v)[0]) > 1e-4

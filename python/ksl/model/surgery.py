@@ -53,9 +53,10 @@ class Surgery(Calls):
         Joints on the way must be fixed or move on one axis (revolute, continuous, prismatic, helical, cylindrical).
         A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
         A stiffness of the joint that fixes the root to the ground is left out with a warning: it is that of what the old root stands on.
+        Rotors that are bodies stay on their links.  "rotor bodies" that are named afterwards are on the new parent, of which a warning tells.
         """
         made = self._made(self._core.with_root(self._plain(given.name(link, "link"), "link")))
-        self._warn(_left_out(made, self))
+        self._warn([*_left_out(made, self), *_moved_rotors(made, self)])
         return made
 
     def without_loops(self: S) -> S:
@@ -251,6 +252,16 @@ class Surgery(Calls):
 def _left_out(made: Surgery, before: Surgery) -> list[Note]:
     """What a model says of a stiffness that it doesn't have any more, and the one that it is made from has."""
     return [line for line in of_kind(made.warnings, Kind.STIFFNESS) if line not in before.warnings]
+
+
+def _moved_rotors(made: Surgery, before: Surgery) -> list[str]:
+    """Where "rotor bodies" that are named of a model with another root are: on what is the parent of a joint then."""
+    return [
+        f'joint {j.name} is reversed: "rotor bodies" that are named of this model, or of the URDF that it writes, have its rotor on link '
+        f"{made.joint(j.name).parent} in place of link {j.parent}; name them before with_root"
+        for j in before.joints
+        if j.rotor_inertia and j.one_coordinate and made.joint(j.name).parent != j.parent
+    ]
 
 
 def with_body(model: S, link: str, mass: float, center_of_mass: ArrayLike, inertia: ArrayLike | None = None) -> S:
