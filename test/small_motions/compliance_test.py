@@ -109,3 +109,23 @@ def test_what_nothing_resists_is_named():
     for bad in ({"axes": "joint"}, {"by": "link"}):
         with pytest.raises(ValueError, match=next(iter(bad))):
             m.deflection([0.0], [0.0], [0.0], "shaft", stiffness=pins, **bad)
+
+
+@pytest.mark.parametrize("own", [None, 500.0])
+@pytest.mark.parametrize("ratio", [0.5, -2.0])
+def test_springs_of_mimic_joints_count(ratio, own):
+    """A follower is stretched by what its leader does, and by its own gear's twist: 1/2 K x² + 1/2 G y² + 1/2 k (r x + y)²."""
+    b = ksl.Builder("pair").add_link("ground").add_link("near", 2.0, (0.5, 0, 0), np.eye(3) * 0.2).add_link("far", 1.0, (0.5, 0, 0), np.eye(3) * 0.1)
+    b.add_joint("leads", "revolute", "ground", "near", axis=(0, 1, 0), spring_stiffness=700.0)
+    b.add_joint("follows", "revolute", "near", "far", axis=(0, 1, 0), xyz=(0.7, 0, 0), spring_stiffness=1000.0, mimic=("leads", ratio, 0.1))
+    m = b.build(physics="spring")
+    given = {"leads": 3000.0} | ({"follows": own} if own else {})
+    stretch, J = np.array([[ratio, 1.0], [1 + ratio, 1.0]])[:, None, : len(given)]
+    K = np.diag([3700.0, 500.0][: len(given)]) + 1000.0 * stretch.T @ stretch
+    assert m.compliance([0.2], "far", stiffness=given)[4, 4] == pytest.approx(float((J @ np.linalg.solve(K, J.T))[0, 0]), rel=1e-12)
+    found = m.modes([0.2], stiffness=given, gravity=False)
+    if own:
+        assert found.strain.sum(axis=1) == pytest.approx([1, 1], rel=1e-12) and found.joints == ("leads", "follows")
+    else:
+        assert (2 * np.pi * found.frequencies) ** 2 * m.mass_matrix([0.2])[0, 0] == pytest.approx([K[0, 0]], rel=1e-12)
+        assert found.strain[0] == pytest.approx([3700 / K[0, 0], 1000 * ratio**2 / K[0, 0]], rel=1e-12)
