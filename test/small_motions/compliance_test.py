@@ -129,3 +129,16 @@ def test_springs_of_mimic_joints_count(ratio, own):
     else:
         assert (2 * np.pi * found.frequencies) ** 2 * m.mass_matrix([0.2])[0, 0] == pytest.approx([K[0, 0]], rel=1e-12)
         assert found.strain[0] == pytest.approx([3700 / K[0, 0], 1000 * ratio**2 / K[0, 0]], rel=1e-12)
+
+
+def test_gears_of_mimic_joints_and_their_leaders_twist_by_what_goes_through_them():
+    """A leader's gear has the efforts of its followers, too: of classes, K1 up to 1 N m, then K2."""
+    b = ksl.Builder("pair").add_link("ground").add_link("near", 2.0, (0.5, 0, 0), np.eye(3)).add_link("far", 1.0, (0.5, 0, 0), np.eye(3))
+    b.add_joint("leads", "revolute", "ground", "near", axis=(0, 1, 0))
+    b.add_joint("follows", "revolute", "near", "far", axis=(0, 1, 0), xyz=(0.7, 0, 0), mimic=("leads", -2.0, 0.0))
+    m, gear = b.build(), {"motion": {"stiffness": [1000.0, 5000.0], "effort": [1.0]}}
+    weight = 9.81 * np.cos([0.2, -0.2]) @ [[1.0 + 0.7, 0.0], [0.5, 0.5]]  # N m about both joints, turned down
+    for joint, load, moved in (("leads", weight[0] - 2 * weight[1], 1 - 2.0), ("follows", weight[1], 1.0)):
+        twist = np.sign(load) * (1 / 1000 + (abs(load) - 1) / 5000)
+        assert abs(load) > 1 and m.deflection([0.2], [0], [0], "far", stiffness={joint: gear})[4] == pytest.approx(moved * twist, rel=1e-12)
+        assert m.compliance([0.2], "far", stiffness={joint: gear})[4, 4] == pytest.approx(moved**2 / 5000, rel=1e-12)

@@ -63,8 +63,12 @@ def deflection(
 
 
 def _efforts(model: Calls, through: Array) -> dict[str, float]:
-    """What joints with one coordinate transmit along their motions, of wrenches (joints and loops, 6)."""
-    return {joint.name: float((steady_motion(joint).T @ f)[0]) for joint, f in zip(model.joints, through) if joint.one_coordinate}
+    """What twists the gears of joints with one coordinate, of wrenches (joints and loops, 6): what they transmit, of leaders also what their followers do."""
+    found = {joint.name: float((steady_motion(joint).T @ f)[0]) for joint, f in zip(model.joints, through) if joint.one_coordinate}
+    leaders = [(joint.leader, joint.multiplier * found[joint.name]) for joint in model.joints if joint.leader is not None]
+    for leader, effort in leaders:
+        found[leader] += effort
+    return found
 
 
 def _of_state(model: Calls, q: Array, through: Array, link: int, flexible: Mapping[str, Flexibility], axes: Axes, by: By) -> Array:

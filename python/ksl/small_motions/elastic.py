@@ -12,7 +12,7 @@ from ksl.mechanism.calls import Calls
 from ksl.mechanism.gear_classes import has_classes
 from ksl.mechanism.loops import SAME, length_of
 from ksl.mechanism.states import Array
-from ksl.mechanism.stiffness import Flexibility, Stiffness, all_flexibilities_of, flexibilities_of
+from ksl.mechanism.stiffness import Flexibility, Stiffness, all_flexibilities_of, flexibilities_of, steady_motion
 from ksl.small_motions.closure import Closure, closure
 from ksl.small_motions.directions import Directions, cross, directions_of, floats, has_motor
 from ksl.small_motions.giving_way import ZERO
@@ -26,8 +26,13 @@ def flexibilities(model: Calls, stiffness: Mapping[str, Stiffness] | None, held_
     """
     if stiffness is not None:
         rest = np.zeros(model.nv)
-        tau = model.inverse_dynamics(held_at, rest, rest) if held_at is not None and has_classes(stiffness) else rest
-        return flexibilities_of(model, stiffness, {joint.name: float(tau[joint.v_index]) for joint in model.joints if joint.nv == 1})
+        efforts: dict[str, float] = {}
+        if held_at is not None and has_classes(stiffness):
+            tau, followers = model.inverse_dynamics(held_at, rest, rest), [joint for joint in model.joints if joint.leader is not None]
+            through = np.asarray(model.reactions(held_at, rest, rest, joints=[joint.name for joint in followers]))
+            efforts = {joint.name: float(tau[joint.v_index]) for joint in model.joints if joint.nv == 1}
+            efforts |= {joint.name: float((steady_motion(joint).T @ f)[0]) for joint, f in zip(followers, through)}
+        return flexibilities_of(model, stiffness, efforts)
     return all_flexibilities_of(model)
 
 
