@@ -3,7 +3,7 @@
 import pytest
 
 from ksl.base import higher_rooms
-from ksl.base.words import count, listed
+from ksl.base.words import count, listed, of_cases
 
 
 def test_one_thing_and_several():
@@ -20,3 +20,9 @@ def test_a_function_of_a_higher_room_is_imported_when_it_is_used(monkeypatch):
     assert higher_rooms.function_of("root")(4) == 2
     with pytest.raises(KeyError):
         higher_rooms.function_of("no such method")
+
+
+@pytest.mark.parametrize(("count", "said"), [(1, "a: x"), (4, "a, b, c, d: x"), (5, "a, b, c, d and 1 more: x"), (6, "x")])
+def test_cases_that_say_something(count, said):
+    """Are named, unless all of them say it."""
+    assert of_cases([(name, "x") for name in "abcdef"[:count]], 6) == [said]

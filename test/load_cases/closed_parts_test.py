@@ -163,13 +163,6 @@ def test_cases_whose_curves_are_kept(joints, most):
     assert ComputedCases([case], None)._most == most
 
 
-@pytest.mark.parametrize(("count", "said"), [(1, "a: x"), (4, "a, b, c, d: x"), (5, "a, b, c, d and 1 more: x"), (6, "x")])
-def test_cases_that_say_something(count, said):
-    """Are named, unless all of them say it."""
-    run = ComputedCases([SimpleNamespace(name=name) for name in "abcdef"], None)
-    assert run._of_cases([(name, "x") for name in "abcdef"[:count]]) == [said]
-
-
 def test_how_severe_a_case_is():
     """By colour, then by share, then by its largest effort of a drive or a brake."""
     of = lambda *uses, rows=(): severity(SimpleNamespace(uses=[SimpleNamespace(level=level, share=share) for level, share in uses], rows=rows))

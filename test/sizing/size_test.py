@@ -260,3 +260,15 @@ def test_results_over_a_closed_pipe(loads):
     run.stdout.close()
     assert run.wait() == 1 and run.stderr.read() == b""
     run.stderr.close()
+
+
+def test_why_loads_are_doubted_is_said(tmp_path):
+    """As `ksl loads` says it, by case: of a joint that lies on its stop, whose effort is no motor's, and of a payload in grams."""
+    b = ksl.Builder("arm").add_link("base").add_link("arm", mass=2.0, center_of_mass=(0.5, 0, 0), inertia=np.eye(3))
+    m = b.add_joint("pin", "revolute", "base", "arm", axis=(0, 1, 0), limits=(-1.0, 0.5), effort=100.0, velocity=9.0).build()
+    case = "[cases.{}]\nsimulate = {{ until = 1.0, restitution = 0.0 }}\n"
+    file = tmp_path / "cases.toml"
+    file.write_text(case.format("falls") + case.format("grams") + 'payloads = [{ link = "arm", mass = 2000.0 }]')
+    run = ksl.compute_loads(m, cases=file)
+    notes = ksl.size(run, {"component": [{"kind": "motor", "joint": "pin", "gear_ratio": 10, "rotor_inertia": 1e-5, "rated_torque": 0.5}]}).notes
+    assert set(notes) == set(run.verdict.reasons) and sum("drive and stop" in note for note in notes) and sum("grams" in note for note in notes)

@@ -61,10 +61,11 @@ def compute(case: LoadCase, sink: Callable[[Block], None] | None = None, advance
             rows = [row | {UNDETERMINED: " ".join(case.undetermined.of(str(row["joint"])))} for row in rows]
     _check_summary(case, rows, balance)
     uses = [use for joint, row in zip(case.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
-    return CaseResult(case, curves.loads, rows, balance, uses, _doubts(case, balance))
+    return CaseResult(case, curves.loads, rows, balance, uses, doubts_of(case, balance))
 
 
-def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
+def doubts_of(case: LoadCase, balance: PowerBalance | None = None) -> list[str]:
+    """Why the numbers of a load case are doubted; those that its power balance tells where it is given."""
     lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: {CAUSES_OF_RESIDUALS}")

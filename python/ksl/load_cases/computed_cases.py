@@ -7,13 +7,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 from ksl.base.notes import not_used
+from ksl.base.words import of_cases
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.ranking import Ranking, severity
 from ksl.load_cases.summary_table import summary_table
 from ksl.load_cases.undetermined import stiffness_note
-from ksl.load_cases.verdict import NAMED, Verdict, not_given
+from ksl.load_cases.verdict import Verdict, not_given
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.model.model import Model
 
@@ -75,7 +76,7 @@ class ComputedCases:
     @property
     def verdict(self) -> Verdict:
         """Red, amber or green over all load cases and joints."""
-        lines = self._of_cases([(r.case.name, doubt) for r in self.results for doubt in dict.fromkeys(r.doubts)])
+        lines = of_cases([(r.case.name, doubt) for r in self.results for doubt in dict.fromkeys(r.doubts)], len(self.cases))
         return Verdict(
             tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints, self.model.drives if self.model.loops else None))
         )
@@ -85,18 +86,11 @@ class ComputedCases:
         """Lines by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
         verdict, several = self.verdict, len(self.cases) > 1
         exceeded = [f"{use.case}: {use.exceeded}" if several else use.exceeded for use in verdict.exceeded]
-        read = self._of_cases([(c.name, line) for c in self.cases if c.motion.source for line in c.motion.source.notes])
-        differentiated = self._of_cases([(c.name, line) for c in self.cases for line in c.motion.differentiated])
-        stiff = self._of_cases([(c.name, line) for c in self.cases for line in stiffness_note(c.model)])
+        read = of_cases([(c.name, line) for c in self.cases if c.motion.source for line in c.motion.source.notes], len(self.cases))
+        differentiated = of_cases([(c.name, line) for c in self.cases for line in c.motion.differentiated], len(self.cases))
+        stiff = of_cases([(c.name, line) for c in self.cases for line in stiffness_note(c.model)], len(self.cases))
         unused = [not_used(content) for content in self.model.unused]
         return list(dict.fromkeys([*exceeded, *verdict.reasons, *stiff, *read, *self.model.warnings, *differentiated, *unused]))
-
-    def _of_cases(self, lines: Sequence[tuple[str, str]]) -> list[str]:
-        """Each line once, behind the names of the cases that say it, if there are several cases and not all of them say it."""
-        by_line: dict[str, list[str]] = {}
-        for name, line in lines:
-            by_line.setdefault(line, []).append(name)
-        return [line if len(names) == len(self.cases) else f"{_listed(names)}: {line}" for line, names in by_line.items()]
 
     @property
     def governing(self) -> CaseResult:
@@ -136,7 +130,3 @@ class ComputedCases:
 
 def _numbered(sink: Callable[[Block, int], None], case: int) -> Callable[[Block], None]:
     return lambda block: sink(block, case)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")

@@ -15,6 +15,7 @@ import numpy as np
 from ksl._core import __version__
 from ksl.base.files_read import InputFile
 from ksl.base.notes import Kind, Note
+from ksl.load_cases.case_result import doubts_of
 from ksl.load_cases.load_case import LoadCase, Payload
 from ksl.mechanism.lengths import extent
 from ksl.mechanism.mechanism import Joint
@@ -112,6 +113,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "step": float(np.median(np.diff(time))) if len(time) > 1 else 0.0,
         "resolution": _resolution(case),
         "reading": list(source.notes) if source else [],
+        "doubts": list(dict.fromkeys(doubts_of(case))),
         "samples": len(time),
         "start": float(time[0]),
         "end": float(time[-1]),

@@ -16,7 +16,7 @@ from ksl.base.errors import SizingError, name_among, of_argument, unknown_name
 from ksl.base.files_read import being_read
 from ksl.base.input_files import Unreadable, check_regular
 from ksl.base.rounding import OF_POSITIONS
-from ksl.base.words import listed
+from ksl.base.words import listed, of_cases
 from ksl.mechanism.joint_kinds import has_one_coordinate
 from ksl.mechanism.states import Array, offset_in
 from ksl.sizing.samples import JointSamples, ResultJoint, Spectrum, moved
@@ -65,9 +65,21 @@ class Results:
     @cached_property
     def notes(self) -> list[str]:
         """What the reader should know of the results."""
+        doubts = self._doubts()
         if "rotor bodies" not in str(self.metadata.get("physics", "")):
-            return []
-        return ["the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; give the motors' rotor_inertia without it"]
+            return doubts
+        return [
+            *doubts,
+            "the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; give the motors' rotor_inertia without it",
+        ]
+
+    def _doubts(self) -> list[str]:
+        """Why `ksl loads` doubts the loads, by case; nothing if the metadata say nothing."""
+        cases = self.metadata.get("cases")
+        said = [case for case in cases if isinstance(case, Mapping)] if isinstance(cases, list) else []
+        doubts = [(str(case.get("name")), case.get("doubts")) for case in said]
+        lines = [(name, str(line)) for name, of in doubts if isinstance(of, list) for line in of]
+        return of_cases(lines, len(said))
 
     @property
     def extent(self) -> float:

@@ -125,7 +125,7 @@ class _Page:
         return f'<table class="facts"><caption class="unseen">What was computed</caption><tbody>{rows}</tbody></table>'
 
     def _notes(self) -> str:
-        notes = [*self.report.notes, *(self.report.sizing.notes if self.report.sizing else ())]
+        notes = list(dict.fromkeys([*self.report.notes, *(self.report.sizing.notes if self.report.sizing else ())]))
         if not notes:
             return ""
         items = "".join(f"<li>{escape(note)}</li>" for note in notes)
