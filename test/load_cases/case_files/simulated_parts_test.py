@@ -153,3 +153,27 @@ def test_joints_that_loops_move_do_not_stand():
         m, Simulated(until=0.05, pose={"beta": -0.0617}, velocity={"beta": 1.0}, brake_at=0.0, brake={"beta": 0.5}, rate=2000), None, []
     )
     assert braked.stands[-1].all() and braked.held[-1].all(), "a mechanism that stands does so with all joints"
+
+
+@pytest.mark.parametrize(
+    ("drive", "how", "said"),
+    [
+        ("A", {"friction": 0.1}, "dry friction at B, dry friction at S, which has no drive"),
+        ("A", {"friction": {"S": 0.1, "A": 0.2, "B": 0.0}}, "dry friction at S, which has no drive"),
+        ("A", {"friction": {"A": 0.1}}, None),
+        ("A", {"brake_at": 2.5, "brake": {"S": 3.0}}, "brake at S, which has no drive"),
+        ("S", {"brake_at": 2.5}, None),
+        ("A", {"restitution": 0.0}, "stop at S, which has no drive"),
+        ("S", {"restitution": 0.0}, "S rests on a limit of position"),
+    ],
+)
+def test_what_acts_at_joints_of_loops_without_a_drive(robot, monkeypatch, drive, how, said):
+    """The drives are told to have its effort, as inverse dynamics knows no other: no wrench is that of the run then."""
+    m = robot(SLIDERCRANK, drives=[drive])
+    q = m.close(np.array([0.3, 0.2, 0.3])).q
+    if "restitution" in how:
+        stopped(monkeypatch, m, events=[SimpleNamespace(time=2.5, what="rest", joint="S")])
+    pose = {name: float(x) for name, x in zip(m.joint_names, q)}
+    doubts = simulated_motion(m, Simulated(start=2.0, until=3.0, pose=pose, rate=10.0, **how), None, [])[0].doubts
+    about = [line for line in doubts if "no drive" in line or "rests on" in line]
+    assert [line[: len(said or "")] for line in about] == ([said] if said else [])

@@ -119,7 +119,7 @@ def simulated_motion(
     elif how.pose is None and (there := how.state_of or followed) is not None:
         doubts += there.doubts
     doubts += _left_out(model, how)
-    doubts += _at_rest(run)
+    doubts += _at_rest(model, run) + _at_passive_joints(model, how, run)
     doubts += [f"simulation: {one.message}" for one in said if issubclass(one.category, RuntimeWarning)]
     source = Source(
         "simulation",
@@ -165,14 +165,36 @@ def _left_out(model: Model, how: Simulated) -> list[str]:
     )
 
 
-def _at_rest(run: Simulation) -> list[str]:
+def _at_rest(model: Model, run: Simulation) -> list[str]:
     """That efforts are not those of drives alone where joints lie on their limits."""
-    joints = dict.fromkeys(one_line(e.joint) for e in run.events if e.what == "rest" and e.joint)
-    if not joints:
+    rests = [e for e in run.events if e.what == "rest" and e.joint and not _is_passive(model, e.joint)]
+    if not rests:
         return []
-    first = min(e.time for e in run.events if e.what == "rest")
-    said = f"{listed(list(joints))} rest{'s' if len(joints) == 1 else ''} on a limit of position, first at {first:.6g} s"
+    joints = dict.fromkeys(one_line(e.joint) for e in rests)
+    said = f"{listed(list(joints))} rest{'s' if len(joints) == 1 else ''} on a limit of position, first at {min(e.time for e in rests):.6g} s"
     return [f"{said}: the effort there is that of drive and stop together, and neither a motor's load nor one for its effort limit"]
+
+
+def _at_passive_joints(model: Model, how: Simulated, run: Simulation) -> list[str]:
+    """That stops, brakes and dry friction at joints of loops without a drive are told as efforts of the drives, and that wrenches are those of such drives."""
+
+    def having(what: str, given: Numbers | None) -> dict[str, str]:
+        names = given if isinstance(given, Mapping) else model.joint_names if given else ()
+        return {name: what for name in names if _is_passive(model, name) and (not isinstance(given, Mapping) or given[name])}
+
+    stops = dict.fromkeys((e.joint for e in run.events if e.what == "rest" and e.joint and _is_passive(model, e.joint)), "stop")
+    acting = [*stops.items(), *having("brake", how.brake if how.brake_at is not None else None).items(), *having("dry friction", how.friction).items()]
+    if not acting:
+        return []
+    said = listed([f"{what} at {one_line(name)}" for name, what in acting])
+    return [
+        f"{said}, which has no drive: efforts are those with which the drives ({listed(list(model.drives or ()))}) would do what it does, and wrenches are those of a mechanism that is driven so"
+    ]
+
+
+def _is_passive(model: Model, joint: str) -> bool:
+    """Whether it is a joint of a closed mechanism that no drive acts on."""
+    return bool(model.loops) and joint not in (model.drives or ())
 
 
 def _and(names: Sequence[str]) -> str:
