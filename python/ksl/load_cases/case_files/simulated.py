@@ -170,7 +170,7 @@ def _at_rest(model: Model, run: Simulation) -> list[str]:
     rests = [e for e in run.events if e.what == "rest" and e.joint and not _is_passive(model, e.joint)]
     if not rests:
         return []
-    joints = dict.fromkeys(one_line(e.joint) for e in rests)
+    joints = dict.fromkeys(one_line(e.joint or "") for e in rests)
     said = f"{listed(list(joints))} rest{'s' if len(joints) == 1 else ''} on a limit of position, first at {min(e.time for e in rests):.6g} s"
     return [f"{said}: the effort there is that of drive and stop together, and neither a motor's load nor one for its effort limit"]
 
