@@ -4,6 +4,7 @@ Copies of this process kill themselves before each change that they make to a fo
 
 import errno
 import os
+import re
 import shutil
 import signal
 import sys
@@ -15,7 +16,7 @@ from each_case import each
 from sets import EARLIER, LATER, RESULTS, faults_of, files_of_at_most, folder_with, killing, no_links, texts, write_set
 
 from ksl.commands.app import end_on_signals
-from ksl.output import OutputError, stage, staged, swap, whole_file
+from ksl.output import OutputError, refuse_unknown, stage, staged, swap, whole_file
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of processes here")
 
@@ -297,3 +298,13 @@ def test_a_disk_that_is_full_for_names_leaves_the_earlier_set(tmp_path, monkeypa
         if len(calls) < number:
             break
     assert number > (2 if call != "mkdir" else 1)
+
+
+def test_a_folder_with_the_name_of_a_result_is_named_and_stays(tmp_path):
+    """Also where the names are those that the block writes, and where nothing marks earlier results: --force doesn't replace it."""
+    (tmp_path / "robot.c").mkdir()
+    said = f"{tmp_path / 'robot.c'}: a folder where a result file belongs; move it away"
+    for check in (None, lambda: refuse_unknown(tmp_path, ["robot.c"], "robot.c of KSL")):
+        with pytest.raises(OutputError, match=re.escape(said)), staged(tmp_path, (), check) as folder:
+            (folder / "robot.c").write_text("")
+        assert [entry.name for entry in tmp_path.iterdir()] == ["robot.c"]

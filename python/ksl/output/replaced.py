@@ -23,11 +23,19 @@ def refuse_inputs(places: Collection[Path], inputs: Collection[str | os.PathLike
         raise OutputError(f"{given}: this run reads it, and would replace or remove it as {place}; give another place for the results")
 
 
+def refuse_folders(folder: Path, results: Collection[str]) -> None:
+    """Raises OutputError if the folder holds a folder with the name of a result file: none is replaced."""
+    for name in results:
+        if (folder / name).is_dir():
+            raise OutputError(f"{folder / name}: a folder where a result file belongs; move it away, or give another folder with -o")
+
+
 def refuse_unknown(folder: Path, results: Collection[str], mark: str) -> None:
     """Raises OutputError if the folder holds files with names of results: they are somebody else's, since nothing marks them as results.
 
     For the argument `check` of :func:`staged`, after the caller has looked for its mark, and not found it.  mark: its words, as in "wrenches.parquet of KSL".
     """
+    refuse_folders(folder, results)
     try:
         held = sorted(name for name in results if os.path.lexists(folder / name))
     except OSError as e:

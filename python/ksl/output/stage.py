@@ -17,6 +17,7 @@ from ksl.output import swap
 from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.output_error import OutputError, cannot_write
+from ksl.output.replaced import refuse_folders
 from ksl.output.signals import uninterrupted
 
 PREFIX = ".ksl-stage-"
@@ -96,9 +97,7 @@ class _Stage:
         _open_stages.add(self)
         with uninterrupted():
             self._made.make(self._directory)
-        for name in results:
-            if (self._directory / name).is_dir():
-                raise OutputError(f"{self._directory / name}: a folder where a result file belongs; move it away, or give another folder with -o")
+        refuse_folders(self._directory, results)
         self._lock_folder()
         with uninterrupted():
             settle_stale(self._directory)
@@ -117,6 +116,7 @@ class _Stage:
         self._lock_folder()
         with uninterrupted():
             assert self.path is not None
+            refuse_folders(self._directory, os.listdir(self.files))
             swap.swap(self.path, results)
             self._made.keep()
             self._remove()
