@@ -103,6 +103,8 @@ NEED_NONE = {
     "parts/hull.py: _spanning": "the samples that others are added to; the share is that of whatever they are",
     "parts/hull.py: _gauge": "a linear program, which ends at its optimum or raises ResultError",
     "viewer/shapes.py: simplified": "how many triangles are drawn",
+    "generation/batches.py: text": "halves the blocks until arrays fit, or until one is left, whose stack the header states and that is refused beyond a limit",
+    "generation/self_test.py: served_state": "states of a self-test, which fails if it holds none that the pivots serve",
     "sizing/spectra/bearing_classes.py: bearing_classes": "raises SizingError; the classes are doubled to say how many do",
     "sizing/spectra/bearing_classes.py: _exponent": "a bisection of a monotone function down to rounding; what has no root stays as it is, and the error that is left is judged",
     "checks/joint_rules.py: mimic_chain": "a walk along a chain",
