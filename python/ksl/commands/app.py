@@ -252,7 +252,7 @@ def _last_resort(e: Exception) -> str:
 
 
 _interrupts: list[int] = []
-"""The SIGINTs that this process has received."""
+"""The SIGINTs that the process has received since the command began."""
 
 
 def _interrupt_again(lost: Any) -> None:
@@ -327,6 +327,7 @@ def end_on_signals() -> None:
     """Makes SIGTERM and SIGHUP leave by SystemExit, so that temporary files are removed.  Notes SIGINT, which is a KeyboardInterrupt already."""
 
     own_process.want()
+    _interrupts.clear()  # of a command before, where a program runs several
 
     def interrupt(number: int, _: FrameType | None) -> None:
         _interrupts.append(number)
