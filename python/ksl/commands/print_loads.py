@@ -69,11 +69,9 @@ def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint], s
         say(console, f"  {'doubt' if level == 'red' else 'not green'}: {reason}")
     say(console, Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"))
     if sizing:
-        from ksl.report.html.sizing_section import sizing_level
-
         for left_out in sizing.left_out:
             say(console, f"  {left_out}")
-        say(console, Text.assemble(("components: ", "bold"), ((of := sizing_level(sizing)).upper(), STYLE[of]), f": {sizing.verdict}"))
+        say(console, Text.assemble(("components: ", "bold"), (sizing.level.upper(), STYLE[sizing.level]), f": {sizing.verdict}"))
 
 
 def _print_shares(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:

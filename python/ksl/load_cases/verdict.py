@@ -12,7 +12,7 @@ Green: everything was compared, and holds with these margins.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -25,6 +25,8 @@ from ksl.mechanism.joint_kinds import columns_of, units_of
 from ksl.mechanism.states import Array
 
 Level = Literal["green", "amber", "red"]
+_WORSE: tuple[Level, ...] = ("green", "amber", "red")
+"""Each is worse than those before it."""
 
 AMBER = {"position": 0.95, "speed": 0.8, "effort": 0.8}
 """Shares of limits from which on they are amber.  Positions need no margin but that of the controller, which stops before the end stop."""
@@ -32,6 +34,11 @@ ROUND_OFF = 1e-9
 """A share is above 1 if it is by more than this: motions that end at a limit are not beyond it."""
 NAMED = 4
 """So many joints or load cases are named in a sentence."""
+
+
+def worst_level(levels: Iterable[Level]) -> Level | None:
+    """The level of all together; None of none."""
+    return max(levels, key=_WORSE.index, default=None)
 
 
 @dataclass(frozen=True)

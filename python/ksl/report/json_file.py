@@ -10,10 +10,9 @@ from typing import Any
 
 from ksl._core import __version__
 from ksl.load_cases.quantities import PowerBalance
+from ksl.load_cases.verdict import worst_level
 from ksl.report.html.input import CaseCurves, ReportInput
-from ksl.load_cases.verdict import Level
 from ksl.report.html.rows import joint_units, with_limits
-from ksl.report.html.verdict_section import ORDER
 
 SCHEMA = 1
 """Number of the form of the file.  It grows when a key changes its meaning or goes; keys may be added at any time."""
@@ -28,7 +27,7 @@ def report_numbers(report: ReportInput) -> dict[str, Any]:
         "title": report.title,
         "facts": dict(report.facts),
         "notes": list(report.notes),
-        "level": _level(report),
+        "level": worst_level(judged.level for judged in (report.verdict, report.sizing) if judged is not None),
         "verdict": None if report.verdict is None else report.verdict.as_dict(),
         "sizing": None if report.sizing is None else report.sizing.as_dict(),
         **({} if report.closed is None else {"closed_mechanism": report.closed.as_dict()}),
@@ -37,16 +36,6 @@ def report_numbers(report: ReportInput) -> dict[str, Any]:
         "summary": [with_limits(row, joints[str(row["joint"])]) for row in report.summary],
         "cases": [_case(case) for case in report.cases],
     }
-
-
-def _level(report: ReportInput) -> Level | None:
-    """That of the page's head: the worse one of limits and components; None where neither was judged."""
-    levels: list[Level] = [] if report.verdict is None else [report.verdict.level]
-    if report.sizing is not None:
-        from ksl.report.html.sizing_section import sizing_level
-
-        levels.append(sizing_level(report.sizing))
-    return max(levels, key=ORDER.index, default=None)
 
 
 def write_json(path: str | os.PathLike[str], report: ReportInput) -> None:

@@ -17,9 +17,8 @@ from ksl.base.words import count, listed
 from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded
 from ksl.motions.columns.time_column import TIME
-from ksl.motions.signal.gaps import GAP
+from ksl.motions.signal.gaps import GAP, gaps_of
 from ksl.motions.signal.ordered import FILLED_IN, RESTART
-from ksl.motions.signal.gaps import gaps_of
 from ksl.motions.signal.resampling import on_spline
 
 Nanoseconds = NDArray[np.int64]
@@ -181,7 +180,9 @@ def _clock(states: JointStates) -> tuple[str, list[str]]:
 def _begins_at_zero(stamps: list[int]) -> bool:
     """Whether no stamp is zero but that of the first message, and the next ones go on from there, as those of a simulation do."""
     later = stamps[1:]
-    return stamps[0] != 0 != min(stamps) or (len(later) > 1 and min(later) > 0 and later[0] <= GAP * float(np.median(np.abs(np.diff(later)))))
+    if 0 in later:
+        return False
+    return stamps[0] != 0 or (len(later) > 1 and later[0] <= GAP * float(np.median(np.abs(np.diff(later)))))
 
 
 def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str]]:

@@ -27,8 +27,9 @@ def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[
 
 
 def gaps_of(time: Array, x: Array, columns: Sequence[tuple[str, str]], seen: Array | None = None) -> list[str]:
-    """The same of columns x (n, c) with their names, and what stands behind their numbers as a unit.
+    """One sentence if there are gaps in which a column moves; otherwise none.
 
+    time (n); x (n, c), a column for each of `columns`: its name, and what stands behind its numbers as a unit.
     seen: times at which others were recorded; gaps without any of them are those of the whole recording, and aren't told.
     """
     steps = np.diff(time)

@@ -19,15 +19,7 @@ LEVEL: dict[str, Level] = {"over": "red", "near": "amber", "within": "green", ""
 def sizing_verdict(sizing: Sizing) -> ComponentsVerdict:
     """For the card at the top.  Figures that are left out, or nothing that was compared, forbid green."""
     words = "" if sizing.worst else "no component was compared with a limit"
-    return ComponentsVerdict(sizing_level(sizing), sizing.verdict, [str(x) for x in sizing.left_out], words)
-
-
-def sizing_level(sizing: Sizing) -> Level:
-    """The level of all components together."""
-    if sizing.exceeded:
-        return "red"
-    doubtful = sizing.left_out or sizing.worst is None or any(figure.verdict == "near" for figure in sizing.figures)
-    return "amber" if doubtful else "green"
+    return ComponentsVerdict(sizing.level, sizing.verdict, [str(x) for x in sizing.left_out], words)
 
 
 def sizing_table(sizing: Sizing, joint: str, clock: Clock) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from ksl.base.markup import html as escape
 
-from ksl.load_cases.verdict import AMBER, Level, Use, Verdict, percent
+from ksl.load_cases.verdict import AMBER, Level, Use, Verdict, percent, worst_level
 from ksl.report.html.numbers import PLAIN_CLOCK, Clock, format_number, link
 
 WORDS: dict[Level, str] = {
@@ -16,7 +16,6 @@ WORDS: dict[Level, str] = {
 }
 """Words for the limits of the robot's file."""
 OF_COMPONENTS: dict[Level, str] = {"green": "all components hold", "amber": "components hold, but this needs a look", "red": "components are over their limits"}
-ORDER: tuple[Level, ...] = ("green", "amber", "red")
 OF_USE: dict[Level, str] = {"green": "", "amber": "near the limit", "red": "exceeded"}
 """What is said of a share besides its colour, which not everybody sees and not every printer prints."""
 
@@ -42,9 +41,9 @@ def verdict_section(verdict: Verdict | None, components: ComponentsVerdict | Non
         parts.append(("Limits of the robot's file", verdict.level, WORDS[verdict.level], _headline(verdict)))
     if components is not None:
         parts.append(("Components", components.level, components.words or OF_COMPONENTS[components.level], components.headline))
-    if not parts:
+    level = worst_level(part[1] for part in parts)
+    if level is None:
         return ""
-    level = max((part[1] for part in parts), key=ORDER.index)
     said = "; ".join(words for _, each, words, _ in parts if each == level)
     head = f'<p class="level">{level.capitalize()}: {said}</p>'
     for name, each, _, headline in parts:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ksl.base import workbooks
 from ksl.base.arrow_files import arrow_file
@@ -81,6 +81,14 @@ class Sizing:
     def exceeded(self) -> tuple[Figure, ...]:
         """Figures with a utilisation above 1."""
         return tuple(f for f in self.figures if f.verdict == "over")
+
+    @property
+    def level(self) -> Literal["green", "amber", "red"]:
+        """Red where a figure is over its limit; amber where one is near it or left out, or nothing was compared; else green."""
+        if self.exceeded:
+            return "red"
+        doubtful = self.left_out or self.worst is None or any(figure.verdict == "near" for figure in self.figures)
+        return "amber" if doubtful else "green"
 
     @property
     def verdict(self) -> str:
