@@ -12,11 +12,11 @@ clang_kernels := -fno-slp-vectorize
 gcc_kernels := -fno-tree-slp-vectorize
 
 # What the counted operations need of KSL.  Kernels of others are absent: their tables are at address 0, and nothing calls them.
-ARM_KERNELS := inverse/inverse_dynamics forward/forward_dynamics mass/mass_matrix mass/mass_matrix_upper \
-  derivatives/inverse_dynamics_derivatives
-ALL_KERNELS := $(patsubst src/engine/kernels/algorithms/%.cpp,%,$(wildcard src/engine/kernels/algorithms/*/*.cpp))
-ABSENT := $(patsubst %,ksl_kernels_%_neon,$(notdir $(filter-out $(ARM_KERNELS),$(ALL_KERNELS))) inverse_kinematics) ksl_array_kernels_neon
-ARM_SOURCES := $(patsubst %,src/engine/kernels/%.cpp,$(ARM_KERNELS:%=algorithms/%) finite) $(wildcard src/engine/kernels/compiled_once/*.cpp) $(addprefix src/,$(shell python3 scripts/engine_sources.py)) \
+KERNELS := $(wildcard src/engine/kernels/algorithms/*.cpp)
+ARM_KERNELS := $(shell grep -lE '^KSL_KERNELS\((inverse_dynamics|forward_dynamics|mass_matrix|mass_matrix_upper|inverse_dynamics_derivatives)\)' $(KERNELS))
+ABSENT := $(patsubst %,ksl_kernels_%_neon,$(shell sed -n 's/^KSL_KERNELS(\([a-z_]*\)).*/\1/p' $(filter-out $(ARM_KERNELS),$(KERNELS))) inverse_kinematics) \
+  ksl_array_kernels_neon
+ARM_SOURCES := $(ARM_KERNELS) src/engine/kernels/finite.cpp $(wildcard src/engine/kernels/compiled_once/*.cpp) $(addprefix src/,$(shell python3 scripts/engine_sources.py)) \
   bench/arm/load.cpp bench/peers/ksl.cpp
 KSL_FLAGS := -std=c++20 -O3 -DNDEBUG -fPIC -fvisibility=hidden -fvisibility-inlines-hidden -ffp-contract=off -DKSL_HAS_neon -DBENCH_FEW_OPERATIONS \
   -MMD -MP -Iinclude -Isrc

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from generator import c_calls, cpp_calls, kernels, python_calls, tests
 
 ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = ("src/engine/kernels/algorithms",)
+FOLDERS = (kernels.KERNELS,)
 """Of generated files only."""
 
 

@@ -1,6 +1,8 @@
-"""Kernels: a file for each algorithm, the rows as the library sees them, and the tables of the instruction sets."""
+"""Kernels, a file for what is compiled together; the rows as the library sees them; the tables of the instruction sets."""
 
 from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, call, kernels_of, ordered
+
+KERNELS = "src/engine/kernels/algorithms"
 
 EXTENTS = {
     3: "three",
@@ -43,25 +45,34 @@ STEP = """\
 """
 
 KERNEL = """\
-// {mark}
-#include "engine/kernels/forms.hpp"
-{more}#include "{header}"
-
-namespace ksl {{
-inline namespace KSL_ISA {{
-
 struct {name}_algorithm {{
   static constexpr algorithm_row row = {{
 {row}  }};
   using form = forms::{form}<{name}_algorithm>;
   template <class T> using workspace = {workspace}<T>;
 {steps}}};
+"""
 
+UNIT = """\
+// {mark}
+#include "engine/kernels/forms.hpp"
+{includes}
+
+namespace ksl {{
+inline namespace KSL_ISA {{
+
+{kernels}
 }} // namespace KSL_ISA
 }} // namespace ksl
 
-KSL_KERNELS({name}) = ksl::kernels_of<ksl::{name}_algorithm>;
-"""
+{tables}"""
+
+TOGETHER = {"derivatives": 2}
+"""How many kernels of a group are compiled together, where that isn't three.  They share functions: one by one they take half as long again.  More
+together are units that take more than 20 s."""
+
+ALONE = ("mass_matrix_inverse",)
+"""Kernels with options of the compiler of their own (CMakeLists.txt)."""
 
 
 def kernel(row: Algorithm) -> str:
@@ -73,8 +84,27 @@ def kernel(row: Algorithm) -> str:
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
     row_lines = "".join(f"      {line},\n" for line in row_members(row))
-    more = '#include "engine/kernels/compiled_once/closed.hpp"\n' if "/loops/" in header(row) else ""
-    return KERNEL.format(mark=MARK, row=row_lines, more=more, header=header(row), name=row.name, form=row.form, workspace=workspace(row), steps=text)
+    return KERNEL.format(row=row_lines, name=row.name, form=row.form, workspace=workspace(row), steps=text)
+
+
+def unit(rows: list[Algorithm]) -> str:
+    """The text of one file of kernels."""
+    headers = sorted({header(row) for row in rows})
+    once = ["engine/kernels/compiled_once/closed.hpp"] if any("/loops/" in name for name in headers) else []
+    includes = "\n".join(f'#include "{name}"' for name in [*once, *headers])
+    tables = "".join(f"KSL_KERNELS({row.name}) = ksl::kernels_of<ksl::{row.name}_algorithm>;\n" for row in rows)
+    return UNIT.format(mark=MARK, includes=includes, kernels="\n".join(map(kernel, rows)), tables=tables)
+
+
+def units() -> dict[str, list[Algorithm]]:
+    """{path: the rows of COMPUTING whose kernels are in it}: "mass_2.cpp" for the second few of a group, the algorithm's name where it is alone."""
+    out = {}
+    for group in sorted({GROUP_OF[row.name] for row in COMPUTING}):
+        rows = sorted((row for row in COMPUTING if GROUP_OF[row.name] == group), key=lambda row: row.name)
+        together, count = [row for row in rows if row.name not in ALONE], TOGETHER.get(group, 3)
+        out |= {f"{KERNELS}/{row.name}.cpp": [row] for row in rows if row.name in ALONE}
+        out |= {f"{KERNELS}/{group}_{first // count + 1}.cpp": together[first : first + count] for first in range(0, len(together), count)}
+    return out
 
 
 def result_row(result: Result) -> str:
@@ -94,7 +124,7 @@ def row_members(row: Algorithm) -> list[str]:
 
 
 def row_text(row: Algorithm) -> str:
-    """The row as the library sees it, with its kernels.  An algorithm's own file includes no other rows, so that a new row does not
+    """The row as the library sees it, with its kernels.  Files of kernels include no other rows, so that a new row does not
     recompile all kernels."""
     computed = [f".kernels = &kernel_table::{kernels_of(row).name}"] + ([f".variant_of = &{row.variant_of}"] if row.variant_of else [])
     couplings = [f".mimic = mimic_by::{row.mimic}", f".elements = elements_by::{row.elements}", f".loops = loops_by::{row.loops}"]
@@ -223,7 +253,7 @@ def workspace(row: Algorithm) -> str:
 
 
 def files() -> dict[str, str]:
-    out = {f"src/engine/kernels/algorithms/{GROUP_OF[row.name]}/{row.name}.cpp": kernel(row) for row in COMPUTING}
+    out = {path: unit(rows) for path, rows in units().items()}
     each = " \\\n".join(f"  DO({row.name}, set)" for row in COMPUTING)
     variants = [row for row in ALGORITHMS if row.variant_of]
     rows = "\n".join(map(row_text, [*COMPUTING, *variants]))

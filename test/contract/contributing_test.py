@@ -215,10 +215,10 @@ def test_a_new_algorithm(tmp_path):
     table.write_text(text[: end + 1] + textwrap.indent(row, "    ", lambda line: not line.startswith(("q (", '"""'))) + text[end + 1 :], encoding="utf-8")
     written = subprocess.run([sys.executable, "scripts/generate.py"], cwd=tmp_path, capture_output=True, text=True)
     assert written.returncode == 0, written.stderr
-    assert {"src/engine/kernels/algorithms/energy/momentum.cpp", "include/ksl/engine_calls.h", "python/ksl/mechanism/calls.py"} <= set(written.stdout.split())
+    assert {"src/engine/kernels/algorithms/energy_1.cpp", "include/ksl/engine_calls.h", "python/ksl/mechanism/calls.py"} <= set(written.stdout.split())
 
     flags = ["g++", "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", "include", "-I", "src"]
-    for source in ("src/engine/kernels/algorithms/energy/momentum.cpp", "src/engine/run/dynamics_calls.cpp", "src/c_api/engine_calls.cpp"):
+    for source in ("src/engine/kernels/algorithms/energy_1.cpp", "src/engine/run/dynamics_calls.cpp", "src/c_api/engine_calls.cpp"):
         compiled = subprocess.run([*flags, "-DKSL_ISA=x86_64_v2", "-fsyntax-only", source], cwd=tmp_path, capture_output=True, text=True)
         assert compiled.returncode == 0, compiled.stderr
     (tmp_path / "swing.cpp").write_text(SWING)

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "scripts"))
 from engine_sources import engine_sources
 
-ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp"))
+ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*.cpp"))
 SOURCES: dict[str, list[str]] = {
     **{f.relative_to(ROOT / "src").as_posix(): ["-DKSL_ISA=neon"] for f in ALGORITHMS},
     "engine/kernels/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],

@@ -160,7 +160,7 @@ def test_blocks_of_the_text():
         ("src/text/xml.cpp", "loader"),
         ("src/batch/threads.cpp", "batch"),
         ("src/c_api/calls.cpp", "c_api"),
-        ("src/engine/kernels/algorithms/mass/mass_matrix.cpp", "engine"),
+        ("src/engine/kernels/algorithms/mass_1.cpp", "engine"),
     ],
 )
 def test_every_file_belongs_to_a_part(path, part):

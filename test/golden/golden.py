@@ -34,7 +34,7 @@ ARM_COMPILERS = {
     "gcc": ([f"{CROSS}-gcc"], [f"{CROSS}-g++"]),
     "clang": (["clang", f"--target={CROSS}"], ["clang++", f"--target={CROSS}"]),  # with gcc's C and C++ libraries for that target
 }
-ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*/*.cpp"))
+ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*.cpp"))
 sys.path[:0] = [str(HERE), str(ROOT / "scripts")]
 from engine_sources import engine_sources
 from make_programs import algebra, everything, libm, wrapped

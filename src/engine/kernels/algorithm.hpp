@@ -30,7 +30,7 @@ template <class S> struct kernels_in {
   batch_kernel<S> batch;
 };
 
-/// The kernels of one algorithm for one instruction set.  This is the only symbol that its object file exports.
+/// The kernels of one algorithm for one instruction set.  An object file exports those of its algorithms, and nothing else.
 struct algorithm_kernels {
   kernels_in<double> in_double;
   kernels_in<float> in_float;

@@ -285,7 +285,7 @@ constexpr algorithm_kernels kernels_of = {
 } // namespace KSL_ISA
 } // namespace ksl
 
-/// The symbol of an algorithm's kernels for the set that is compiled for.  An object file exports no other.
+/// The symbol of an algorithm's kernels for the set that is compiled for.  An object file exports those of its algorithms alone.
 #define KSL_KERNELS_OF_SET(name, set) ksl_kernels_##name##_##set
 #define KSL_KERNELS_IN(name, set) KSL_KERNELS_OF_SET(name, set)
 #define KSL_KERNELS(name) extern "C" const ksl::algorithm_kernels KSL_KERNELS_IN(name, KSL_ISA)
