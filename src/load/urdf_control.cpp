@@ -65,6 +65,15 @@ std::vector<stated_mimic> mimics_of_control(const text::xml_file &file, const pa
   return found;
 }
 
+std::vector<std::string> followers_denied(const text::xml_file &file) {
+  std::vector<std::string> found;
+  for_each_joint(file, [&](pugi::xml_node joint) {
+    if (text::trimmed(joint.attribute("mimic").value()) == "false")
+      found.emplace_back(joint.attribute("name").value());
+  });
+  return found;
+}
+
 void read_limits_of_control(const text::xml_file &file, robot_description &robot, text::unused_list &unused) {
   std::map<std::string, std::size_t> index;
   for (std::size_t j = 0; j < robot.joints.size(); ++j)
