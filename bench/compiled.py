@@ -65,11 +65,15 @@ def in_turns(*calls, rounds=ROUNDS):
 def batches(path: Path) -> None:
     import ksl
 
+    try:
+        instructions = ksl._core.instruction_set()
+    except RuntimeError as e:
+        return print(f"not measured: {e}")
     m, rng = ksl.load(path), np.random.default_rng(1)
     q = np.stack([m.random(k) for k in range(STATES)])
     v, a = rng.normal(size=(2, STATES, m.nv))
     given = {"mass_matrix": (q,)}
-    print(f"\n{m.name}, {m.nv} coordinates, {ksl._core.instruction_set()}")
+    print(f"\n{m.name}, {m.nv} coordinates, {instructions}")
     for name in ALGORITHMS:
         begin = time.perf_counter()
         fast = m.compile([name], compiler=os.environ.get("KSL_CC"))
