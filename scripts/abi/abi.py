@@ -4,7 +4,7 @@
     scripts/abi/abi.py compare [--record]    ends with status 1 if the version or API_CHANGES.md doesn't say what has changed
     scripts/abi/abi.py release               writes api/abi/VERSION/*.abi.xz: what later versions are compared with
 
-The interface is that of the functions in api/*symbols.txt and their types.  C++ is promised as source: who uses it compiles it again.
+The interface is that of the symbols in api/functions.tsv and api/engine_symbols.txt and their types.  C++ is promised as source: who uses it compiles it again.
 Needs abidw and abidiff (Debian: abigail-tools), gcc and pugixml."""
 
 import argparse
@@ -69,7 +69,9 @@ PARTS = {"algebra": (["src/ksl.c", "src/print.c"], []), "engine": (["src/c_api/*
 def build(part, folder, include):
     """A part as a shared library with debug information.  It is never loaded, so kernels may be missing."""
     exported = folder / "exported"
-    names = [name for path in sorted(ROOT.glob("api/*symbols.txt")) for name in path.read_text(encoding="utf-8").split()]
+    rows = [line.split("\t") for line in (ROOT / "api/functions.tsv").read_text(encoding="utf-8").splitlines()[1:]]
+    algebra = [name for row in rows if row[5] == "yes" for name in row[1].split(", ")]
+    names = [*algebra, *(ROOT / "api/engine_symbols.txt").read_text(encoding="utf-8").split()]
     exported.write_text(f"{{ global: {'; '.join(names)}; local: *; }};\n")
     objects = []
     for source in sorted(path for pattern in PARTS[part][0] for path in ROOT.glob(pattern)):

@@ -1,6 +1,6 @@
 """Dense matrices and arrays: a NaN or an infinity reaches every result that depends on it, and no other.
 
-The names in api/not_finite.tsv whose rows say "documented".  Pivots that are not finite, selections and Gram-Schmidt: linalg_test.py; comparisons,
+The names in api/functions.tsv whose rows say "documented".  Pivots that are not finite, selections and Gram-Schmidt: linalg_test.py; comparisons,
 interpolation and the largest element: array_test.py."""
 
 import ctypes

@@ -1,4 +1,4 @@
-"""The functions of the algebra, as two sources state them: the published rows of api/functions.tsv and the bodies of
+"""The functions of the algebra, as two sources state them: the rows of api/functions.tsv and the bodies of
 include/ksl/detail/*.inc.  Tests and generators share this reading, so that no name can be forgotten."""
 
 import re
@@ -92,26 +92,48 @@ def in_single(types):
     return re.sub(r"\bdouble\b", "float", re.sub(r"\b(ksl_\w+?)_t\b", r"\1f_t", types))
 
 
+@dataclass
+class Row:
+    """A row of api/functions.tsv, column by column: functions of one header, a function and its twin in single precision where both have the same."""
+
+    header: str
+    names: list
+    returns: str  # as published, in double precision; empty if no published library has it
+    args: str
+    published: str  # yes, "declared, not defined", "not declared" or no
+    symbol: str  # yes or no
+    not_finite: tuple  # what NaN, infinities and subnormal numbers give: not_finite_test.py
+
+
+TABLE = ROOT / "api/functions.tsv"
+
+
 def rows_of_functions():
-    """The rows of api/functions.tsv, of twins one each."""
-    for header, names, *types in (row.split("\t") for row in (ROOT / "api" / "functions.tsv").read_text().splitlines()[1:]):
-        first, *twin = names.split(", ")
-        yield header, first, *types
-        for name in twin:
-            yield header, name, *map(in_single, types[:2]), *types[2:]
+    """The rows of api/functions.tsv."""
+    for header, names, returns, args, there, symbol, *not_finite in (line.split("\t") for line in TABLE.read_text().splitlines()[1:]):
+        yield Row(header, names.split(", "), returns, args, there, symbol, tuple(not_finite))
+
+
+def symbols():
+    """The names that the algebra's library exports."""
+    return [name for row in rows_of_functions() if row.symbol == "yes" for name in row.names]
 
 
 def published():
-    """Every function of api/functions.tsv."""
+    """Every function of the published library."""
     out = []
-    for header, name, returns, args, *lacking in rows_of_functions():
-        if header in UNSIZED_HEADERS:
-            out.append(Function(name, Type(returns, "value"), [Type(a.strip(), "value") for a in args.split(",") if a.strip()], header, linkable=not lacking))
-            continue
-        types = [c_type(a) for a in args.split(",") if a.strip()]
-        if types and types[-1].base == "...":
-            types[-1] = replace(types[-2], const=True, variadic=True)
-        out.append(Function(name, c_type(returns), types, header, linkable=not lacking))
+    for row in rows_of_functions():
+        for k, name in enumerate(row.names if row.published != "no" else []):
+            returns, args = (in_single(x) if k else x for x in (row.returns, row.args))
+            texts = [a.strip() for a in args.split(",") if a.strip()]
+            linkable = row.published == "yes"
+            if row.header in UNSIZED_HEADERS:
+                out.append(Function(name, Type(returns, "value"), [Type(a, "value") for a in texts], row.header, linkable=linkable))
+                continue
+            types = [c_type(a) for a in texts]
+            if types and types[-1].base == "...":
+                types[-1] = replace(types[-2], const=True, variadic=True)
+            out.append(Function(name, c_type(returns), types, row.header, linkable=linkable))
     return out
 
 

@@ -1,7 +1,6 @@
-"""api/not_finite.tsv says of every function of the algebra and of all algorithms what NaN, infinities and subnormal numbers give.
-A function in single precision stands beside its twin in double where both give the same.
+"""api/functions.tsv says of every function of the algebra and of all algorithms what NaN, infinities and subnormal numbers give.
 
-A function that the table lacks, or whose row is not what happens, fails.  `python test/algebra/not_finite_test.py` writes the table.
+A function that the table lacks, or whose row is not what happens, fails.  `python test/algebra/not_finite_test.py` adds what is lacking and renews these columns.
 test/mechanism/not_finite_calls_test.py tests the algorithms.
 
 NaN: "propagates": nan_test.py tests it for every number.  "documented": functions of dense equations, as docs/algebra.md says; dense_not_finite_test.py tests it.
@@ -19,13 +18,10 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 from every_number import FUNCTIONS, NOT_HERE, arguments, changes, differ, is_number, results, varied, with_numbers
-from functions import everything, published
+from functions import TABLE, everything, published, rows_of_functions
 
-ROOT = Path(__file__).resolve().parents[2]
-TABLE = ROOT / "api/not_finite.tsv"
 ALGORITHMS = "every algorithm"
 """The name of a row: test/mechanism/not_finite_calls_test.py tries each of them."""
-HEAD = "names\tNaN\tinfinity\tsubnormal numbers"
 TESTED = {f.name for f in with_numbers()}
 ELSEWHERE = {
     "inertia_factor": "refused", "inertia_rank": "refused", "larger_q": "a choice", "atEnd_q": "a choice",
@@ -34,12 +30,9 @@ ELSEWHERE = {
 """Functions that return a status or a choice: errata_test.py and the functions that use them."""
 
 
-DENSE = {f.name for f in published() if f.header in ("linalg.h", "array.h")}
+ROWS = list(rows_of_functions())
+DENSE = {name for row in ROWS if row.header in ("linalg.h", "array.h") for name in row.names}
 """Functions of arrays of any size: docs/algebra.md says what pivots that are NaN give; linalg_test.py."""
-
-
-def every_name() -> list[str]:
-    return list(dict.fromkeys([f.name for f in published()] + list(everything())))
 
 
 def short(name: str) -> str:
@@ -77,26 +70,19 @@ def row_of(ksl, name: str) -> tuple[str, str, str]:
         return "propagates", of_infinity(ksl, f), of_subnormals(ksl, f)
 
 
-def table() -> dict[str, tuple[str, ...]]:
-    lines = TABLE.read_text().splitlines()
-    assert lines[0] == HEAD
-    return {name: tuple(rest) for names, *rest in (line.split("\t") for line in lines[1:]) for name in names.split(", ")}
-
-
-def lines_of(rows: dict[str, tuple[str, ...]]) -> list[str]:
-    """Lines of the table, of twins with the same row in the place of the first."""
-    together: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-    for name, row in rows.items():
-        f = FUNCTIONS.get(name)
-        together.setdefault((f.double or name if f else name, row), []).append(name)
-    return ["\t".join((", ".join(names), *row)) for (_, row), names in together.items()]
+def lacking() -> dict[tuple[str, str], list[str]]:
+    """Functions that the table has no row for: {(header, name in double precision): a function and its twin}."""
+    known, twins = {name for row in ROWS for name in row.names}, {}
+    for f in everything().values():
+        if f.name not in known:
+            twins.setdefault((f.header, f.double), []).append(f.name)
+    return twins
 
 
 def test_every_function_is_in_the_table():
-    wanted = [*every_name(), ALGORITHMS]
-    assert set(table()) == set(wanted) and TABLE.read_text().splitlines()[1:] == lines_of({name: table()[name] for name in wanted}), (
-        "python test/algebra/not_finite_test.py writes the table"
-    )
+    assert not lacking(), "python test/algebra/not_finite_test.py adds them"
+    names = [name for row in ROWS for name in row.names]
+    assert len(names) == len(set(names)) and names[-1] == ALGORITHMS
 
 
 def test_what_is_tested_elsewhere_is_named():
@@ -106,8 +92,7 @@ def test_what_is_tested_elsewhere_is_named():
 
 @pytest.mark.parametrize("part", range(8))
 def test_the_table_says_what_happens(ksl, part):
-    rows = table()
-    wrong = {name: (rows[name], found) for name in every_name()[part::8] if (found := row_of(ksl, name)) != rows.get(name)}
+    wrong = {name: (row.not_finite, found) for row in ROWS[part:-1:8] for name in row.names if (found := row_of(ksl, name)) != row.not_finite}
     assert not wrong
 
 
@@ -115,10 +100,15 @@ def main() -> None:
     from library import Library
 
     library = Library()
-    rows = {name: row_of(library, name) for name in every_name()}
-    refused = "ValueError in Python; KSL_BAD_ARGUMENT in C for one state; passed on in C batches and C++"
-    rows[ALGORITHMS] = (refused, refused, "computed")
-    TABLE.write_text("\n".join([HEAD, *lines_of(rows)]) + "\n")
+    head, *lines, algorithms = TABLE.read_text().splitlines()
+    lines += ["\t".join((header, ", ".join(names), "", "", "no", "no" if FUNCTIONS[names[0]].helper else "yes")) for (header, _), names in lacking().items()]
+    for k, line in enumerate(lines):
+        columns = line.split("\t")
+        found = {row_of(library, name) for name in columns[1].split(", ")}
+        if len(found) > 1:
+            sys.exit(f"{columns[1]}: what these give differs, so each needs a row of its own")
+        lines[k] = "\t".join([*columns[:6], *found.pop()])
+    TABLE.write_text("\n".join([head, *lines, algorithms]) + "\n")
 
 
 if __name__ == "__main__":
