@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path[:0] = map(str, Path(__file__).parents[:2])
 from every_number import FUNCTIONS, NOT_HERE, arguments, changes, differ, is_number, results, varied, with_numbers
-from functions import TABLE, everything, published, rows_of_functions
+from functions import TABLE, everything, rows_of_functions
 
 ALGORITHMS = "every algorithm"
 """The name of a row: test/mechanism/not_finite_calls_test.py tries each of them."""
