@@ -64,25 +64,29 @@ def verdict(run):
     return "in part" if run.get("in part") else "kept" if run["kept"] else "**not kept**"
 
 
+def by_value(named):
+    """Names with the same value together: (names, value)."""
+    return [(", ".join(name for name in named if named[name] == value), value) for value in dict.fromkeys(named.values())]
+
+
 def run_lines(run, age):
     """One record."""
     yield f"`{run['command']}`, {', '.join(made(run))}: {verdict(run)}. {run['machine']}."
     yield from age_line(age)
     if run["figures"]:
         yield ""
-        yield from table(["figure", "measured"], run["figures"].items())
-    if run["planted"]:
+        yield from table(["figure", "measured"], by_value(run["figures"]))
+    if "planted" in run:
         yield ""
-        yield from table(["planted fault", "outcome"], run["planted"].items())
-    for note in run["notes"]:
+        yield f"Planted faults: {faults_line(run)}."
+    for note in run.get("notes", []):
         yield ""
         yield note
 
 
-def faults_line(planted):
+def faults_line(run):
     """Planted faults by outcome, in one line."""
-    outcomes = {outcome: [fault for fault in planted if planted[fault] == outcome] for outcome in planted.values()}
-    return "; ".join(f"{outcome}: {', '.join(faults)}" for outcome, faults in outcomes.items())
+    return "; ".join(f"{outcome}: {faults}" for faults, outcome in by_value(run.get("planted", {})))
 
 
 def runs_lines(command, runs, ages):
@@ -90,7 +94,7 @@ def runs_lines(command, runs, ages):
     figures = list(dict.fromkeys(figure for run in runs.values() for figure in run["figures"]))
     rows = [
         (name, *(run["figures"].get(figure, "") for figure in figures), verdict(run), *made(run),
-         faults_line(run["planted"]), run["machine"])
+         faults_line(run), run["machine"])
         for name, run in runs.items()
     ]  # fmt: skip
     yield f"`{command}`:"
@@ -98,9 +102,9 @@ def runs_lines(command, runs, ages):
     yield from table(["record", *figures, "state", "date", "of", "planted faults", "machine"], rows)
     if any(ages.values()):
         yield ""
-        yield from (f"* {name}: {age}" for name, age in ages.items() if age)
+        yield from (f"* {names}: {age}" for names, age in by_value(ages) if age)
     for name, run in runs.items():
-        for note in run["notes"]:
+        for note in run.get("notes", []):
             yield ""
             yield f"{name}: {note}"
 
@@ -149,7 +153,7 @@ def commit_of(text):
 def without_history(text):
     """A page without what it says of the history of records."""
     said = r"(That commit is not in the history|The code that it covers has) .*\n"
-    kept = re.sub(rf"^({AS_OF.format('.*')}\n|{said}|(\* \S+: {said})+)\n?", "", text, flags=re.MULTILINE)
+    kept = re.sub(rf"^({AS_OF.format('.*')}\n|{said}|(\* .+?: {said})+)\n?", "", text, flags=re.MULTILINE)
     return kept.rstrip("\n") + "\n"
 
 

@@ -39,9 +39,8 @@ def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS, i
         "commit": run_facts.commit(WRITTEN),
         "machine": run_facts.machine(),
         "figures": dict(figures),
-        "planted": dict(planted),
-        "notes": list(notes),
-    } | ({"in part": True} if in_part else {})
+    }
+    record |= {key: x for key, x in (("planted", dict(planted)), ("notes", list(notes)), ("in part", in_part)) if x}
     path = Path(results) / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     fresh = path.with_suffix(".new")

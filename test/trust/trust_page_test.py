@@ -67,7 +67,7 @@ def test_a_shortfall_is_on_the_page(folder):
 def test_the_page_shows_figures_faults_and_what_was_not_run(folder):
     run(folder, "fuzz-a", False)
     text = page.page(promises.read(folder))
-    assert "| executions | 10 |" in text and "| overrun | caught |" in text and "**not kept**" in text
+    assert "| executions | 10 |" in text and "Planted faults: caught: overrun." in text and "**not kept**" in text
     assert "`fuzz-b`: no run is on record." in text
 
 
