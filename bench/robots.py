@@ -13,7 +13,6 @@ EXAMPLES = {
     "ur5": ("fixed", "ur_description/urdf/ur5_robot.urdf"),
     "panda": ("fixed", "panda_description/urdf/panda.urdf"),
     "solo12": ("floating", "solo_description/robots/solo12.urdf"),
-    "anymal": ("floating", "anymal_b_simple_description/robots/anymal.urdf"),
     "talos": ("floating", "talos_data/robots/talos_reduced.urdf"),
 }
 SIZES = (4, 8, 16, 32, 64, 128)

@@ -19,7 +19,7 @@ from typing import Any
 import tables
 
 ROOT = Path(__file__).resolve().parent.parent
-ROBOTS = ["ur5", "panda", "solo12", "anymal", "talos"]
+ROBOTS = ["ur5", "panda", "solo12", "talos"]
 BODIES = [4, 8, 16, 32, 64, 128]
 LONG = ["chain250", "chain500", "chain1000"]
 BATCHES = [1, 4, 16, 64, 256, 1024, 4096, 16384, 65536]

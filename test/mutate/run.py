@@ -323,11 +323,14 @@ def table(result):
             continue
         lines.append(f"| {kind} | {n} | {f'{k / n:.1%}' if n else ''} |")
     lines += ["", "| file | mutants | noticed | not | not reached |", "|---|---|---|---|---|"]
+    whole = []
     for file in sorted({m.file for m in result.mutants.values()}):
         fc, k, n = result.counts([m for m in result.chosen if result.mutants[m].file == file])
-        if n:
+        if n and k == n:
+            whole.append(n)
+        elif n:
             lines.append(f"| `{file}` | {n} | {k / n:.0%} | {fc['survived'] or ''} | {fc['unreached'] or ''} |")
-    return lines
+    return [*lines, f"| {len(whole)} other files | {sum(whole)} | 100% |  |  |"]
 
 
 def write(results, figures, kept):
