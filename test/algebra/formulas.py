@@ -362,6 +362,182 @@ def _(m, c, xx, yy, zz, xy, yz, zx, o):
     return moment((m, m[:, None] * c, am * norm(c)), I + ref.parallel_axis(m, c), norm(I) + 2 * am * norm(c) ** 2)
 
 
+# articulated-body inertias, block by block: M, H, I
+
+
+def blocks(A):
+    """M, H, I of the 21 numbers."""
+    return ref.symmetric(A[:, :6]), matrix(A[:, 6:15]), ref.symmetric(A[:, 15:])
+
+
+def articulated(A):
+    M, H, I = blocks(A)
+    return ref.block(M, H, T(H), I)
+
+
+def of_blocks(dense, sizes):
+    """The 21 numbers of a dense result."""
+    return list(zip((ref.six(dense[:, :3, :3]), numbers(dense[:, :3, 3:]), ref.six(dense[:, 3:, 3:])), sizes, strict=True))
+
+
+def articulated_moved(A, D):
+    """[Ad]* A [Ad]⁻¹, from the definition; t̃ counts √2 |t|."""
+    (M, H, I), t = map(norm, blocks(A)), np.sqrt(2) * norm(D[:, :3, 3])
+    return of_blocks(mul(mul(CoAd(D), articulated(A)), Ad(inverse_pose(D))), (M, H + M * t, I + 2 * H * t + M * t**2))
+
+
+entry("articulated_inertia_copy")(lambda A, o: exact(A))
+entry("articulated_inertia_getM")(lambda A, o: exact(numbers(blocks(A)[0])))
+entry("articulated_inertia_getI")(lambda A, o: exact(numbers(blocks(A)[2])))
+entry("articulated_inertia_added")(lambda A, B, o: of_blocks(articulated(A) + articulated(B), [norm(a) + norm(b) for a, b in zip(blocks(A), blocks(B))]))
+entry("articulated_inertia_rotated")(lambda A, R, o: articulated_moved(A, ref.rotation_pose(matrix(R))))
+entry("articulated_inertia_translated")(lambda A, t, o: articulated_moved(A, ref.translation_pose(t)))
+entry("articulated_inertia_transformed")(lambda A, D, o: articulated_moved(A, pose(D)))
+entry("spatial_inertia_toArticulated")(lambda M, o: of_blocks(ref.spatial_inertia(*parts(M)), np.zeros((3, len(M)))))
+
+
+@entry("articulated_inertia_downdated")
+def _(A, U, d, o):
+    (M, H, I), (p, q), k = map(norm, blocks(A)), map(norm, split(U)), abs(d.astype(float))
+    return of_blocks(articulated(A) - d[:, None, None] * ref.outer(U, U), (M + k * p * p, H + k * p * q, I + k * q * q))
+
+
+@entry("product_As")
+def _(A, s, o):
+    (M, H, I), (v, w), y = map(norm, blocks(A)), map(norm, split(s)), mul(articulated(A), s)
+    return [(y[:, :3], M * v + H * w), (y[:, 3:], H * v + I * w)]
+
+
+# the angular-first layer: equations (11) to (16) of the six-d page
+
+
+def axes_and_origin(X):
+    """E, r of the twelve numbers of a transform."""
+    return matrix(X[:, :9]), X[:, 9:]
+
+
+def X_motion(X):
+    """six-d (11): [E 0; 0 E] [1 0; −r× 1]"""
+    E, r = axes_and_origin(X)
+    O, one = ref.zeros(len(X), 3, 3), ref.identity(len(X), 3)
+    return mul(ref.block(E, O, O, E), ref.block(one, O, -ref.tilde(r), one))
+
+
+def X_force(X):
+    """six-d (12): [E 0; 0 E] [1 −r×; 0 1]"""
+    E, r = axes_and_origin(X)
+    O, one = ref.zeros(len(X), 3, 3), ref.identity(len(X), 3)
+    return mul(ref.block(E, O, O, E), ref.block(one, -ref.tilde(r), O, one))
+
+
+def crm(v):
+    """× = [ω× 0; v× ω×]"""
+    w, u = ref.tilde(v[:, :3]), ref.tilde(v[:, 3:])
+    return ref.block(w, ref.zeros(len(v), 3, 3), u, w)
+
+
+def crf(v):
+    """×* = −(×)ᵀ"""
+    return -T(crm(v))
+
+
+def inertia6(M):
+    """[I h̃; h̃ᵀ m1]"""
+    m, h, I = parts(M)
+    return ref.block(I, ref.tilde(h), T(ref.tilde(h)), m[:, None, None] * ref.identity(len(M), 3))
+
+
+def swap(x):
+    return np.concatenate([x[:, 3:], x[:, :3]], 1)
+
+
+def power(m, f):
+    (w, v), (t, p) = map(norm, split(m)), map(norm, split(f))
+    return [(dot(m, f), w * t + v * p)]
+
+
+entry("motion_fromScrew", "motion_toScrew", "force_fromCoscrew", "force_toCoscrew")(lambda x, o: exact(swap(x)))
+entry("motion_added", "force_added")(lambda x, y, o: [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))])
+entry("motion_scaled", "force_scaled")(lambda x, a, o: [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)])
+entry("plucker_dot")(power)
+entry("plucker_reciprocal_cm")(lambda c, m: power(m, swap(c)))
+entry("plucker_reciprocal_fs")(lambda f, s: power(swap(s), f))
+entry("plucker_crossMotion")(lambda v, m, o: product6(crm(v), m))
+entry("plucker_crossForce")(lambda v, f, o: product6(crf(v), f))
+entry("plucker_motion")(lambda X, m, o: product6(X_motion(X), m))
+entry("plucker_motionInverse")(lambda X, m, o: product6(T(X_force(X)), m))
+entry("plucker_force")(lambda X, f, o: product6(X_force(X), f))
+entry("plucker_forceInverse")(lambda X, f, o: product6(T(X_motion(X)), f))
+entry("plucker_plux")(lambda E, r, o: exact(E, r))
+entry("plucker_xlt")(lambda r, o: exact(numbers(ref.identity(len(r), 3)), r))
+entry("plucker_fromSE3", "plucker_toSE3")(lambda X, o: exact(numbers(T(matrix(X[:, :9]))), X[:, 9:]))
+entry("plucker_Vpt")(lambda v, p, o: [(v[:, 3:] + cross(v[:, :3], p), norm(v[:, 3:]) + norm(v[:, :3]) * norm(p))])
+entry("plucker_Fpt")(lambda f, p, o: [(cross(p, f), norm(p) * norm(f)), *exact(f)])
+
+
+@entry("plucker_Xpt")
+def _(X, p, o):
+    E, r = axes_and_origin(X)
+    return [(mul(E, p - r), norm(p) + norm(r))]
+
+
+@entry("plucker_product")
+def _(X2, X1, o):
+    """CXA = CXB BXA."""
+    (E2, r2), (E1, r1) = axes_and_origin(X2), axes_and_origin(X1)
+    return [*product_rotations(E2, E1), (r1 + mul(T(E1), r2), norm(r1) + norm(r2))]
+
+
+@entry("plucker_inverted")
+def _(X, o):
+    E, r = axes_and_origin(X)
+    return [*exact(numbers(T(E))), (-mul(E, r), norm(r))]
+
+
+@entry("plucker_pluho")
+def _(X, o):
+    """[E −E r; 0 1]"""
+    E, r = axes_and_origin(X)
+    H = ref.identity(len(X), 4)
+    H[:, :3, :3], H[:, :3, 3] = E, -mul(E, r)
+    return [(H[:, :, j], norm(r) if j == 3 else np.zeros(len(X))) for j in range(4)]
+
+
+@entry("plucker_fromPluho")
+def _(H, o):
+    E, p = T(H.reshape(-1, 4, 4))[:, :3, :3], H[:, 12:15]
+    return [*exact(numbers(E)), (-mul(T(E), p), ref.spectral(E) * norm(p))]
+
+
+@entry("plucker_XtoV")
+def _(X, o):
+    """Half of X23 − X32, X31 − X13, X12 − X21 and of X53 − X62, X61 − X43, X42 − X51, by the definition."""
+    A, at = X_motion(X), [(1, 2, 2, 1), (2, 0, 0, 2), (0, 1, 1, 0), (4, 2, 5, 1), (5, 0, 3, 2), (3, 1, 4, 0)]
+    v = np.stack([(A[:, i, j] - A[:, k, l]) / 2 for i, j, k, l in at], -1)
+    return list(zip(split(v), (np.ones(len(X)), 2 * norm(X[:, 9:])), strict=True))
+
+
+@entry("plucker_inertia", bound=5)
+def _(X, M, o):
+    """I_B = BXA* I_A AXB."""
+    (m, h, I), far, moved = parts(M), norm(X[:, 9:]), mul(mul(X_force(X), inertia6(M)), T(X_force(X)))
+    mf = m.astype(float)
+    first = np.stack([moved[:, 2, 4], moved[:, 0, 5], moved[:, 1, 3]], -1)
+    return moment((m, first, norm(h) + mf * far), moved[:, :3, :3], norm(I) + 4 * norm(h) * far + 2 * mf * far**2)
+
+
+@entry("plucker_momentum")
+def _(M, v, o):
+    (m, h, I), (w, u), y = parts(M), map(norm, split(v)), mul(inertia6(M), v)
+    return [(y[:, :3], norm(I) * w + norm(h) * u), (y[:, 3:], m.astype(float) * u + norm(h) * w)]
+
+
+@entry("plucker_kineticEnergy")
+def _(M, v):
+    (m, h, I), (w, u) = parts(M), map(norm, split(v))
+    return [(dot(v, mul(inertia6(M), v)) / 2, (norm(I) * w * w + 2 * norm(h) * u * w + m.astype(float) * u * u) / 2)]
+
+
 # four-vectors, 4×4 matrices, quaternions
 
 for kind in ("vec4", "quaternion"):

@@ -1,5 +1,5 @@
-"""The angular-first layer: equations (11) to (16) of the six-d page under their numbers, every function against 200 bits, and how
-it relates to the linear-first one."""
+"""The angular-first layer: equations (11) to (16) of the six-d page under their numbers, its matrices and conversions against 200 bits, and
+how it relates to the linear-first one.  Errors of functions of its types: formulas.py."""
 
 import gmpy2
 import numpy as np
@@ -8,7 +8,8 @@ import pytest
 import reference as ref
 from cases import arithmetic  # noqa: F401, a fixture
 from cases import CASES, PRECISIONS, bound, close, error, room, sample
-from reference import T, block, cross, dot, mp, mul, norm, tilde
+from formulas import X_force, X_motion, crf, crm, inertia6, swap
+from reference import T, mp, mul, norm, tilde
 
 
 def BOTH(test):
@@ -17,40 +18,6 @@ def BOTH(test):
 
 
 SQRT2 = np.sqrt(2)
-
-
-def parts(X):
-    """E, r of the twelve numbers."""
-    return ref.matrix(X[:, :9]), X[:, 9:]
-
-
-def X_motion(X):
-    """six-d (11): [E 0; 0 E] [1 0; −r× 1]"""
-    E, r = parts(X)
-    O, one = ref.zeros(len(X), 3, 3), ref.identity(len(X), 3)
-    return mul(block(E, O, O, E), block(one, O, -tilde(r), one))
-
-
-def X_force(X):
-    """six-d (12): [E 0; 0 E] [1 −r×; 0 1]"""
-    E, r = parts(X)
-    O, one = ref.zeros(len(X), 3, 3), ref.identity(len(X), 3)
-    return mul(block(E, O, O, E), block(one, -tilde(r), O, one))
-
-
-def crm(v):
-    """× = [ω× 0; v× ω×]"""
-    w, u = tilde(v[:, :3]), tilde(v[:, 3:])
-    return block(w, ref.zeros(len(v), 3, 3), u, w)
-
-
-def crf(v):
-    """×* = −(×)ᵀ"""
-    return -T(crm(v))
-
-
-def swap(x):
-    return np.concatenate([x[:, 3:], x[:, :3]], 1)
 
 
 def call(ksl, name, scalar, f, *args, width=6):
@@ -180,30 +147,6 @@ def test_six_d_16_force_in_a_moving_frame(ksl):
 # errors
 
 
-def halves(x):
-    return x[:, :3], x[:, 3:]
-
-
-def in_halves(got, expected, sizes, scalar):
-    return max(error(g, e, s, scalar) for g, e, s in zip(halves(got), halves(expected), sizes))
-
-
-@BOTH
-@pytest.mark.parametrize("name, kind", [("motion", "motion"), ("motionInverse", "motion"), ("force", "force"), ("forceInverse", "force")])
-def test_transforming_vectors(ksl, name, kind, scalar, f, record_property):
-    X, x = sample("plucker", scalar), sample(kind, scalar)
-    E, r = parts(mp(X))
-    A = {
-        "motion": lambda: X_motion(mp(X)),
-        "force": lambda: X_force(mp(X)),
-        "forceInverse": lambda: T(X_motion(mp(X))),
-        "motionInverse": lambda: T(X_force(mp(X))),
-    }[name]()
-    a, b = (norm(p) for p in halves(mp(x)))
-    sizes = (a, b + norm(r) * a) if kind == "motion" else (a + norm(r) * b, b)
-    bound(record_property, in_halves(call(ksl, name, scalar, f, X, x), mul(A, mp(x)), sizes, scalar))
-
-
 @BOTH
 @pytest.mark.parametrize("name", ["motion", "force"])
 def test_matrices(ksl, name, scalar, f, record_property):
@@ -232,28 +175,8 @@ def test_from_matrix(ksl, scalar, f, record_property):
 
 
 @BOTH
-@pytest.mark.parametrize("name", ["crossMotion", "crossForce"])
-def test_cross_products(ksl, name, scalar, f, record_property):
-    v, x = sample("motion", scalar), sample("motion" if name == "crossMotion" else "force", scalar, 1)
-    expected = mul((crm if name == "crossMotion" else crf)(mp(v)), mp(x))
-    (w, u), (a, b) = ([norm(p) for p in halves(mp(y))] for y in (v, x))
-    sizes = (w * a, w * b + u * a) if name == "crossMotion" else (w * a + u * b, w * b)
-    bound(record_property, in_halves(call(ksl, name, scalar, f, v, x), expected, sizes, scalar))
-
-
-@BOTH
-def test_product_and_inverse(ksl, scalar, f, record_property):
-    """CXA = CXB BXA as 6×6 matrices, AXB = BXA⁻¹."""
-    X2, X1 = sample("plucker", scalar), sample("plucker", scalar, 1)
-    (E2, r2), (E1, r1) = parts(mp(X2)), parts(mp(X1))
-    got = call(ksl, "product", scalar, f, X2, X1, width=12)
-    E = mul(E2, E1)
-    worst = max(error(got[:, 3 * j : 3 * j + 3], E[:, :, j], norm(E1[:, :, j]), scalar) for j in range(3))
-    worst = max(worst, error(got[:, 9:], r1 + mul(T(E1), r2), norm(r1) + norm(r2), scalar))
-    inverse = call(ksl, "inverted", scalar, f, X1, width=12)
-    assert np.all(ref.matrix(inverse[:, :9]) == T(E1))
-    worst = max(worst, error(inverse[:, 9:], -mul(E1, r1), norm(r1), scalar))
-    bound(record_property, worst)
+def test_product_and_inverse_are_those_of_matrices(ksl, scalar, f):
+    """CXA = CXB BXA, AXB = BXA⁻¹."""
     X2, X1 = (sample("plucker", scalar, k, 300, True) for k in (0, 1))
     A = [matrix6(ksl, "motion", scalar, f, X).astype(float) for X in (X2, X1, call(ksl, "product", scalar, f, X2, X1, width=12))]
     close(A[2], A[0] @ A[1], scalar, 32)
@@ -262,67 +185,9 @@ def test_product_and_inverse(ksl, scalar, f, record_property):
 
 
 @BOTH
-def test_points(ksl, scalar, f, record_property):
-    X, p, v, g = sample("plucker", scalar), sample("vec3", scalar), sample("motion", scalar), sample("vec3", scalar, 1)
-    E, r = parts(mp(X))
-    P, (w, u), G = mp(p), halves(mp(v)), mp(g)
-    worst = max(
-        error(call(ksl, "Xpt", scalar, f, X, p, width=3), mul(E, P - r), norm(P) + norm(r), scalar),
-        error(call(ksl, "Vpt", scalar, f, v, p, width=3), u + cross(w, P), norm(u) + norm(w) * norm(P), scalar),
-    )
-    force = call(ksl, "Fpt", scalar, f, g, p)
-    worst = max(worst, error(force[:, :3], cross(P, G), norm(P) * norm(G), scalar))
-    assert np.array_equal(force[:, 3:], g)
-    bound(record_property, worst)
-
-
-def inertia6(M):
-    """[I h̃; h̃ᵀ m1]"""
-    m, h, I = M[:, 0], M[:, 1:4], ref.symmetric(M[:, 4:])
-    return block(I, tilde(h), T(tilde(h)), m[:, None, None] * ref.identity(len(M), 3))
-
-
-@BOTH
-def test_inertia(ksl, scalar, f, record_property):
-    """Momentum M v, kinetic energy ½ v · M v, and I_B = BXA* I_A AXB."""
-    M, v, X = sample("spatial_inertia", scalar), sample("motion", scalar), sample("plucker", scalar)
-    dense = inertia6(mp(M))
-    assert np.all(matrix6(ksl, "inertia", scalar, f, M) == dense)
-    m, h, I = mp(M)[:, 0].astype(float), norm(mp(M)[:, 1:4]), norm(ref.symmetric(mp(M)[:, 4:]))
-    w, u = (norm(p) for p in halves(mp(v)))
-    momentum = mul(dense, mp(v))
-    worst = in_halves(call(ksl, "momentum", scalar, f, M, v), momentum, (I * w + h * u, m * u + h * w), scalar)
-    (energy,) = ksl.outputs(f"ksl_plucker{f}_kineticEnergy", M, v)
-    worst = max(worst, error(energy, dot(mp(v), momentum) / 2, (I * w * w + 2 * h * u * w + m * u * u) / 2, scalar))
-    got = mp(call(ksl, "inertia", scalar, f, X, M, width=10))
-    E, r = parts(mp(X))
-    moved = mul(mul(X_force(mp(X)), dense), T(X_force(mp(X))))
-    far = norm(r)
-    first = np.stack([moved[:, 2, 4], moved[:, 0, 5], moved[:, 1, 3]], -1)
-    worst = max(worst, error(got[:, 1:4], first, h + m * far, scalar), error(got[:, 4:], ref.six(moved[:, :3, :3]), I + 4 * h * far + 2 * m * far**2, scalar))
-    bound(record_property, worst, 5)
-
-
-@BOTH
-def test_dot_and_reciprocal_products(ksl, scalar, f, record_property):
-    """m · f, and ⊙ of a wrench and a motion, of a force and a twist, whose parts stand in opposite orders: one power."""
-    m, g = sample("motion", scalar), sample("force", scalar)
-    expected = dot(mp(m), mp(g))
-    size = sum(norm(a) * norm(b) for a, b in zip(halves(mp(m)), halves(mp(g))))
-    powers = [
-        ksl.outputs(f"ksl_plucker{f}_{name}", *args)[0] for name, args in (("dot", (m, g)), ("reciprocal_cm", (swap(g), m)), ("reciprocal_fs", (g, swap(m))))
-    ]
-    bound(record_property, max(error(p, expected, size, scalar) for p in powers))
-
-
-@BOTH
-def test_elementwise(ksl, scalar, f):
-    for kind in ("motion", "force"):
-        x, y, k = sample(kind, scalar), sample(kind, scalar, 1), sample("real", scalar)
-        (added,) = ksl.outputs(f"ksl_{kind}{f}_added", x, y, room(6, scalar))
-        (scaled,) = ksl.outputs(f"ksl_{kind}{f}_scaled", x, k, room(6, scalar))
-        assert np.array_equal(added, x + y)
-        assert np.array_equal(scaled, x * k[:, None])
+def test_inertia_as_a_matrix(ksl, scalar, f):
+    M = sample("spatial_inertia", scalar)
+    assert np.all(matrix6(ksl, "inertia", scalar, f, M) == inertia6(mp(M)))
 
 
 # making transforms, and the linear-first layer
@@ -345,32 +210,6 @@ def test_axis_rotations_are_passive(ksl, scalar, f):
 
 
 @BOTH
-def test_plux_xlt_and_poses(ksl, scalar, f):
-    X = sample("plucker", scalar)
-    E, r = X[:, :9].copy(), X[:, 9:].copy()
-    assert np.array_equal(call(ksl, "plux", scalar, f, E, r, width=12), X)
-    assert np.array_equal(call(ksl, "xlt", scalar, f, r, width=12), np.concatenate([np.tile(np.eye(3).ravel(), (CASES, 1)), r], 1))
-    D = call(ksl, "toSE3", scalar, f, X, width=12)
-    assert np.array_equal(ref.matrix(D[:, :9]), ref.matrix(E).transpose(0, 2, 1)) and np.array_equal(D[:, 9:], r)
-    assert np.array_equal(call(ksl, "fromSE3", scalar, f, D, width=12), X)
-
-
-@BOTH
-def test_pluho(ksl, scalar, f, record_property):
-    """[E −E r; 0 1], and back."""
-    X = sample("plucker", scalar)
-    E, r = parts(mp(X))
-    T4 = call(ksl, "pluho", scalar, f, X, width=16)
-    A = T4.reshape(-1, 4, 4).transpose(0, 2, 1)
-    assert np.all(A[:, :3, :3] == E) and np.all(A[:, 3] == [0, 0, 0, 1])
-    worst = error(A[:, :3, 3], -mul(E, r), norm(r), scalar)
-    back = call(ksl, "fromPluho", scalar, f, T4, width=12)
-    assert np.array_equal(back[:, :9], X[:, :9])
-    p = mp(A[:, :3, 3])
-    bound(record_property, max(worst, error(back[:, 9:], -mul(T(E), p), norm(p), scalar)))
-
-
-@BOTH
 def test_mcI(ksl, scalar, f, record_property):
     """Mass, centroid, inertia about the centroid → ten numbers, and back."""
     M = sample("inertia", scalar)
@@ -385,18 +224,6 @@ def test_mcI(ksl, scalar, f, record_property):
     assert np.array_equal(m2[:, 0], m)
     worst = max(worst, error(c2, C, norm(C), scalar), error(I2, ref.numbers(I), 2 * size, scalar))
     bound(record_property, worst)
-
-
-@BOTH
-def test_XtoV(ksl, scalar, f, record_property):
-    """The formula ½ (vee(Eᵀ − E), vee of the skew part of E r̃), against its definition by matrix elements."""
-    X = sample("plucker", scalar)
-    A = X_motion(mp(X))
-    # half of X23 − X32, X31 − X13, X12 − X21 and of X53 − X62, X61 − X43, X42 − X51
-    at = [(1, 2, 2, 1), (2, 0, 0, 2), (0, 1, 1, 0), (4, 2, 5, 1), (5, 0, 3, 2), (3, 1, 4, 0)]
-    expected = np.stack([(A[:, i, j] - A[:, k, l]) / 2 for i, j, k, l in at], -1)
-    E, r = parts(mp(X))
-    bound(record_property, in_halves(call(ksl, "XtoV", scalar, f, X), expected, (1, 2 * norm(r)), scalar))
 
 
 def test_XtoV_is_the_logarithm_to_second_order(ksl):
