@@ -103,6 +103,7 @@ class Row:
     published: str  # yes, "declared, not defined", "not declared" or no
     symbol: str  # yes or no
     not_finite: tuple  # what NaN, infinities and subnormal numbers give: not_finite_test.py
+    golden: tuple  # hashes of results, and functions of the C library in them: test/golden
 
 
 TABLE = ROOT / "api/functions.tsv"
@@ -110,8 +111,8 @@ TABLE = ROOT / "api/functions.tsv"
 
 def rows_of_functions():
     """The rows of api/functions.tsv."""
-    for header, names, returns, args, there, symbol, *not_finite in (line.split("\t") for line in TABLE.read_text().splitlines()[1:]):
-        yield Row(header, names.split(", "), returns, args, there, symbol, tuple(not_finite))
+    for header, names, returns, args, there, symbol, *more in (line.split("\t") for line in TABLE.read_text().splitlines()[1:]):
+        yield Row(header, names.split(", "), returns, args, there, symbol, tuple(more[:3]), tuple(more[3:]))
 
 
 def symbols():

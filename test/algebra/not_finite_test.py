@@ -107,7 +107,7 @@ def main() -> None:
         found = {row_of(library, name) for name in columns[1].split(", ")}
         if len(found) > 1:
             sys.exit(f"{columns[1]}: what these give differs, so each needs a row of its own")
-        lines[k] = "\t".join([*columns[:6], *found.pop()])
+        lines[k] = "\t".join([*columns[:6], *found.pop(), *columns[9:]])
     TABLE.write_text("\n".join([head, *lines, algorithms]) + "\n")
 
 

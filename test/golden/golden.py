@@ -1,7 +1,7 @@
 """The same bits everywhere: builds the golden programs with each compiler, level of optimisation and instruction set, and compares their
-hashes with the table hashes.tsv.
+hashes with the tables: api/functions.tsv of the algebra, hashes.tsv of algorithms and kinds of joints.
 
-A line of the table is a function or algorithm, in double and in single precision, the hashes of both, and the functions of the C library that
+A line of a table is a function or algorithm, in double and in single precision, the hashes of both, and the functions of the C library that
 they call.  The last bits of these depend on the C library.  So the golden programs replace them (make_programs.py), and each line is the same with every C library.
 
 usage: golden.py [--compilers gcc,clang] [--levels 0,1,2,3] [--sets x86-64-v2,…,neon] [--parts algebra,engine] [--flags FLAGS] [--update]
@@ -37,7 +37,7 @@ ARM_COMPILERS = {
 ALGORITHMS = sorted((ROOT / "src/engine/kernels/algorithms").glob("*.cpp"))
 sys.path[:0] = [str(HERE), str(ROOT / "scripts")]
 from engine_sources import engine_sources
-from make_programs import algebra, everything, libm, wrapped
+from make_programs import algebra, functions, libm, wrapped
 
 WRAP = [f"-Wl,--wrap={name}" for name in wrapped()]
 
@@ -108,22 +108,34 @@ def rows(text: str) -> dict[str, tuple[str, str]]:
     return out
 
 
+def of_tables() -> dict[str, tuple[str, str]]:
+    """The same of both tables."""
+    algebra = [(row.names, *row.golden) for row in functions.rows_of_functions() if row.golden]
+    return rows("\n".join("\t".join((", ".join(names), *golden)) for names, *golden in algebra)) | rows(TABLE.read_text())
+
+
 def differences(found: dict[str, tuple[str, str]], parts: list[str]) -> list[str]:
     """Names whose hash is not that of the table, names that were not found, and names that the table lacks."""
     of_engine = lambda name: name.startswith(("algorithm ", "kind "))
-    expected = {name: row for name, row in rows(TABLE.read_text()).items() if ("engine" if of_engine(name) else "algebra") in parts}
+    expected = {name: row for name, row in of_tables().items() if ("engine" if of_engine(name) else "algebra") in parts}
     return sorted(name for name in {*expected, *found} if expected.get(name, ("",))[0] != found.get(name, ("",))[0])
 
 
-def write_table(found: dict[str, tuple[str, str]]) -> None:
-    kept = rows(TABLE.read_text()) if TABLE.exists() else {}
-    lines = ["# functions or algorithms\thashes of their results\tfunctions of the C library that they call (golden.py writes this table)"]
-    functions, together = everything(), {}
-    for name, (hash_, called) in (kept | found).items():
-        double = functions[name].double or name if name in functions else name.removesuffix(" float").removesuffix(" double")
-        together.setdefault((double, called), []).append((name, hash_))
-    lines += ["\t".join((*map(", ".join, zip(*twins)), called)).rstrip("\t") for (_, called), twins in together.items()]
-    TABLE.write_text("\n".join(lines) + "\n")
+def write_tables(found: dict[str, tuple[str, str]]) -> None:
+    known = of_tables() | found
+    head, *lines = functions.TABLE.read_text().splitlines()
+    for k, line in enumerate(lines):
+        columns, names = line.split("\t")[:9], line.split("\t")[1].split(", ")
+        if names[0] in known:
+            hashes, called = zip(*(known.pop(name) for name in names), strict=True)
+            assert len(set(called)) == 1, f"{names}: these call other functions of the C library, so each needs a row of its own"
+            lines[k] = "\t".join([*columns, ", ".join(hashes), called[0]]).rstrip("\t")
+    functions.TABLE.write_text("\n".join([head, *lines]) + "\n")
+    head, together = TABLE.read_text().splitlines()[0], {}
+    for name, (hash_, called) in known.items():
+        together.setdefault((name.removesuffix(" float").removesuffix(" double"), called), []).append((name, hash_))
+    lines = ["\t".join((*map(", ".join, zip(*twins)), called)).rstrip("\t") for (_, called), twins in together.items()]
+    TABLE.write_text("\n".join([head, *lines]) + "\n")
 
 
 PLANTED = "-ffp-contract=on"
@@ -157,7 +169,7 @@ def main() -> int:
     parser.add_argument("--parts", type=comma, default=["algebra", "engine"])
     parser.add_argument("--flags", type=shlex.split, default=[])
     parser.add_argument("--library", type=Path)
-    parser.add_argument("--update", action="store_true", help="write the hashes of the first build into the table")
+    parser.add_argument("--update", action="store_true", help="write the hashes of the first build into the tables")
     parser.add_argument("--record", action="store_true", help="of the whole alone: with none of the options above")
     given = parser.parse_args()
     chosen = [name for name in ("compilers", "levels", "sets", "parts", "flags", "library") if getattr(given, name) != parser.get_default(name)]
@@ -174,7 +186,7 @@ def main() -> int:
             for part in given.parts:
                 found |= rows(build.algebra() if part == "algebra" else build.engine(given.library))
         if given.update:
-            write_table(found)
+            write_tables(found)
             given.update = False
         other = differences(found, given.parts)
         wrong += bool(other)

@@ -31,7 +31,7 @@ def test_every_function_of_the_algebra_has_a_line():
     from make_programs import LEFT_OUT
 
     names = {f.name for f in everything().values() if f.returns.kind != "pointer" and f.name not in LEFT_OUT and not f.name.endswith("_alloc")}
-    assert names <= set(golden.rows(golden.TABLE.read_text()))
+    assert names <= set(golden.of_tables())
 
 
 def test_a_planted_fault_is_seen():
