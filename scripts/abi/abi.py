@@ -4,7 +4,7 @@
     scripts/abi/abi.py compare [--record]    ends with status 1 if the version or API_CHANGES.md doesn't say what has changed
     scripts/abi/abi.py release               writes api/abi/VERSION/*.abi.xz: what later versions are compared with
 
-The interface is that of the symbols in api/functions.tsv and api/engine_symbols.txt and their types.  C++ is promised as source: who uses it compiles it again.
+The interface is that of the symbols in api/functions.tsv, of what the headers of the engine and of arrays declare, and of their types.  C++ is promised as source: who uses it compiles it again.
 Needs abidw and abidiff (Debian: abigail-tools), gcc and pugixml."""
 
 import argparse
@@ -66,13 +66,24 @@ def objections(old, new, change, announced):
 PARTS = {"algebra": (["src/ksl.c", "src/print.c"], []), "engine": (["src/c_api/*.cpp"], ["--drop-private-types"])}
 
 
+def of_algebra():
+    """The names in api/functions.tsv that are symbols."""
+    rows = [line.split("\t") for line in (ROOT / "api/functions.tsv").read_text(encoding="utf-8").splitlines()[1:]]
+    return [name for row in rows if row[5] == "yes" for name in row[1].split(", ")]
+
+
+def declared():
+    """The names of functions that the headers of the engine and of arrays declare."""
+    text = "".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "include/ksl").glob("engine*.h")))
+    arrays = re.findall(r"KSL_ARRAY_[12]\((\w+), (\w+),", (ROOT / "include/ksl/arrays.h").read_text(encoding="utf-8"))
+    names = re.findall(r"\b(ksl_\w+)\s*\(", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL))
+    return sorted({*names, *(f"ksl_array_{name}" for twins in arrays for name in twins)})
+
+
 def build(part, folder, include):
     """A part as a shared library with debug information.  It is never loaded, so kernels may be missing."""
     exported = folder / "exported"
-    rows = [line.split("\t") for line in (ROOT / "api/functions.tsv").read_text(encoding="utf-8").splitlines()[1:]]
-    algebra = [name for row in rows if row[5] == "yes" for name in row[1].split(", ")]
-    names = [*algebra, *(ROOT / "api/engine_symbols.txt").read_text(encoding="utf-8").split()]
-    exported.write_text(f"{{ global: {'; '.join(names)}; local: *; }};\n")
+    exported.write_text(f"{{ global: {'; '.join([*of_algebra(), *declared()])}; local: *; }};\n")
     objects = []
     for source in sorted(path for pattern in PARTS[part][0] for path in ROOT.glob(pattern)):
         compiler = ["g++", "-std=c++20"] if source.suffix == ".cpp" else ["gcc", "-std=c11"]

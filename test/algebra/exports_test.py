@@ -1,12 +1,15 @@
 """Every published name is a symbol of the library, with the published types, and no name is forgotten.  Helpers are none."""
 
 import subprocess
+import sys
 from collections import Counter
 
 import pytest
 
-import functions
 from functions import INCLUDE, ROOT, bodies, emitted_headers, published
+
+sys.path.insert(0, str(ROOT / "scripts/abi"))
+import abi
 
 
 def exported(path):
@@ -26,13 +29,13 @@ def test_every_published_function_is_exported(symbols):
 
 def test_the_list_of_symbols(ksl):
     """The algebra's library exports what api/functions.tsv lists, and nothing else."""
-    listed = functions.symbols()
+    listed = abi.of_algebra()
     assert len(listed) == len(set(listed)) and exported(ksl.path.with_name("libksl_algebra.so")) == set(listed)
 
 
 def test_the_list_of_symbols_with_the_engine(ksl):
-    """The library exports the names of both lists, and besides them C++ names only."""
-    listed = [*functions.symbols(), *(ROOT / "api/engine_symbols.txt").read_text().splitlines()]
+    """The library exports the algebra and what the headers of engine and arrays declare, and besides them C++ names only."""
+    listed = [*abi.of_algebra(), *abi.declared()]
     assert {name for name in exported(ksl.path.with_name("libksl.so")) if not name.startswith("_Z")} == set(listed)
     assert len(listed) == len(set(listed))
 

@@ -115,11 +115,6 @@ def rows_of_functions():
         yield Row(header, names.split(", "), returns, args, there, symbol, tuple(more[:3]), tuple(more[3:]))
 
 
-def symbols():
-    """The names that the algebra's library exports."""
-    return [name for row in rows_of_functions() if row.symbol == "yes" for name in row.names]
-
-
 def published():
     """Every function of the published library."""
     out = []
