@@ -8,6 +8,7 @@
 
 #include <initializer_list>
 #include <string>
+#include <vector>
 
 namespace ksl::test {
 
@@ -34,6 +35,20 @@ inline void check_message(const std::string &message, std::initializer_list<cons
   }
   CHECK(message.find('\n') == std::string::npos);
   CHECK(message.find(". ") == std::string::npos);
+}
+
+struct wrong_text {
+  const char *title;
+  std::string text;
+  std::initializer_list<const char *> says;
+};
+
+/// Each text is refused so; `refused` gives the message.
+template <class Refused> void check_all(const std::vector<wrong_text> &cases, Refused refused) {
+  for (const wrong_text &each : cases) {
+    CAPTURE(each.title);
+    check_message(refused(each.text), each.says);
+  }
 }
 
 } // namespace ksl::test

@@ -74,17 +74,8 @@ void check_said(const std::vector<std::string> &lines, std::initializer_list<con
   CHECK(found);
 }
 
-struct wrong_text {
-  const char *title;
-  std::string text;
-  std::initializer_list<const char *> says;
-};
-
-void check_all(const std::vector<wrong_text> &cases) {
-  for (const wrong_text &each : cases) {
-    CAPTURE(each.title);
-    check_message(refusal(each.text), each.says);
-  }
+void check_all(const std::vector<test::wrong_text> &cases) {
+  test::check_all(cases, [](const std::string &text) { return refusal(text); });
 }
 
 } // namespace

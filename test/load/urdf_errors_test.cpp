@@ -11,17 +11,8 @@ using ksl::test::refusal;
 
 namespace {
 
-struct wrong_text {
-  const char *title;
-  std::string text;
-  std::initializer_list<const char *> says;
-};
-
-void check_all(const std::vector<wrong_text> &cases) {
-  for (const wrong_text &each : cases) {
-    CAPTURE(each.title);
-    check_message(refusal(each.text), each.says);
-  }
+void check_all(const std::vector<test::wrong_text> &cases) {
+  test::check_all(cases, [](const std::string &text) { return refusal(text); });
 }
 
 /// A robot whose joint j, in line 4, is of the type given and holds `inside`, in line 6.

@@ -149,19 +149,6 @@ def test_a_payload_is_a_mass(robot):
 # shapes
 
 
-@pytest.mark.parametrize("leading", [(), (1,), (5,), (2, 3), (2, 1, 4)])
-def test_leading_shapes_come_back(arm, leading):
-    q, v, a = states(arm, *leading)
-    assert arm.inverse_dynamics(q, v, a).shape == (*leading, 2)
-    assert arm.reactions(q, v, a).shape == (*leading, 2, 6)
-    assert arm.reactions(q, v, a, joints=["base", "flange", "slide"]).shape == (*leading, 3, 6)
-    assert arm.frame_pose(q, "tool").shape == (*leading, 4, 4)
-    assert arm.frame_poses(q).shape == (*leading, len(arm.links), 4, 4)
-    assert arm.frame_poses(q, []).shape == (*leading, 0, 4, 4)
-    kinetic, potential = arm.energy(q, v)
-    assert kinetic.shape == potential.shape == leading
-
-
 def test_leading_shapes_are_broadcast(arm):
     q, v, a = states(arm, 4)
     grid = arm.inverse_dynamics(q[:, None], v[None, :], a[0])
@@ -358,17 +345,6 @@ def test_wrong_shapes_are_said(arm):
     refused(lambda: arm.inverse_dynamics(q, v, a, {"tool": np.zeros((2, 6))}), "don't broadcast", "tool (2, 6)")
     refused(lambda: arm.energy(q, v[:, :1]), "v has shape (3, 1)")
     refused(lambda: arm.frame_pose(q[:, :1], "tool"), "q has shape (3, 1)")
-
-
-def test_complex_numbers_are_refused(arm):
-    for name in ("q", "v", "a"):
-        given = dict(zip("qva", states(arm, 3)))
-        given[name] = given[name] + 1j
-        refused(lambda: arm.inverse_dynamics(**given), f"{name} is complex (complex128)", "real")
-        refused(lambda: arm.reactions(**given), f"{name} is complex (complex128)", "real")
-    refused(lambda: arm.inverse_dynamics(*states(arm, 3), {"tool": np.ones(6, np.complex64)}), "external['tool'] is complex (complex64)")
-    refused(lambda: arm.forward_dynamics(*states(arm, 3)[:2], np.ones((3, 2)) * 1j), "tau is complex")
-    refused(lambda: arm.reactions(*states(arm, 3), at=np.array([1, 2, 3j])), "at needs three finite numbers")
 
 
 def test_unknown_names_are_said_with_the_known_ones(arm):

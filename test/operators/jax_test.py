@@ -7,7 +7,8 @@ import sys
 
 import numpy as np
 import pytest
-from operator_cases import CLOSED, PUSHED, along, arguments, closed_named, pushed, pushed_arguments, robot_named
+import operator_cases
+from operator_cases import CLOSED, PUSHED, along, closed_named, pushed, pushed_arguments, robot_named
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 jax = pytest.importorskip("jax", reason="needs JAX: pip install 'ksl[jax]'")
@@ -16,8 +17,6 @@ from jax.test_util import check_grads
 
 import ksl.jax
 from ksl.operators.table import ROWS
-
-LINKS = {"frame_poses", "frame_velocities", "frame_accelerations"}
 
 
 @pytest.fixture(autouse=True)
@@ -30,19 +29,11 @@ def double():
 
 
 def call_of(m, name):
-    """A function of the operator's arguments."""
-    call = getattr(ksl.jax.differentiable(m), name)
-    if name in LINKS:
-        return lambda *x: call(*x, [m.link_names[-1], m.link_names[1]])
-    if name == "reactions":
-        return lambda *x: call(*x, joints=[j.name for j in m.joints][:3], at="world", axes=m.link_names[-1])
-    return call
+    return operator_cases.call_of(ksl.jax.differentiable(m), name)
 
 
 def given_to(m, name, parameters=False, n=2, seed=0):
-    row = ROWS[name]
-    names = (*row.inputs, "parameters") if parameters else row.inputs
-    return [jnp.asarray(x) for x in arguments(m, names, np.random.default_rng(seed), n)]
+    return [jnp.asarray(x) for x in operator_cases.given_to(m, ROWS[name], parameters, n, seed)]
 
 
 @pytest.mark.parametrize("name", ROWS)

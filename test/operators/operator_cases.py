@@ -29,6 +29,24 @@ def robot_named(name: str) -> ksl.Model:
     return arm.with_parameters(dict(zip(arm.link_names, arm.parameters + [0.3, 0, 0, 0, 0.05, 0, 0.05, 0, 0, 0.05])))
 
 
+LINKS = {"frame_poses", "frame_velocities", "frame_accelerations"}
+
+
+def call_of(d, name: str):
+    """A function of the operator's arguments, of what ksl.torch.differentiable or ksl.jax.differentiable has made."""
+    m, call = d.model, getattr(d, name)
+    if name in LINKS:
+        return lambda *x: call(*x, [m.link_names[-1], m.link_names[1]])
+    if name == "reactions":
+        return lambda *x: call(*x, joints=[j.name for j in m.joints][:3], at="world", axes=m.link_names[-1])
+    return call
+
+
+def given_to(m: ksl.Model, row, parameters: bool, n: int, seed: int):
+    """Random arguments of a row."""
+    return arguments(m, (*row.inputs, "parameters") if parameters else row.inputs, np.random.default_rng(seed), n)
+
+
 PUSHED = [("inverse_dynamics", "link", False), ("inverse_dynamics", "world", True), ("forward_dynamics", "world", False), ("forward_dynamics", "link", True)]
 """Operators with external wrenches, the axes of these, and whether parameters of links are given, too."""
 

@@ -8,7 +8,8 @@ import sys
 
 import numpy as np
 import pytest
-from operator_cases import CLOSED, PUSHED, along, arguments, closed_named, pushed, pushed_arguments, robot_named
+import operator_cases
+from operator_cases import CLOSED, PUSHED, along, closed_named, pushed, pushed_arguments, robot_named
 
 torch = pytest.importorskip("torch", reason="needs torch: pip install 'ksl[torch]'")
 from torch.autograd import gradcheck, gradgradcheck
@@ -17,23 +18,13 @@ from torch.autograd import forward_ad
 import ksl.torch
 from ksl.operators.table import ROWS
 
-LINKS = {"frame_poses", "frame_velocities", "frame_accelerations"}
-
 
 def call_of(m, name):
-    """A function of the operator's arguments."""
-    call = getattr(ksl.torch.differentiable(m), name)
-    if name in LINKS:
-        return lambda *x: call(*x, [m.link_names[-1], m.link_names[1]])
-    if name == "reactions":
-        return lambda *x: call(*x, joints=[j.name for j in m.joints][:3], at="world", axes=m.link_names[-1])
-    return call
+    return operator_cases.call_of(ksl.torch.differentiable(m), name)
 
 
 def given_to(m, name, parameters=False, n=2, seed=0, requires_grad=True):
-    row = ROWS[name]
-    names = (*row.inputs, "parameters") if parameters else row.inputs
-    return tuple(torch.tensor(x, requires_grad=requires_grad) for x in arguments(m, names, np.random.default_rng(seed), n))
+    return tuple(torch.tensor(x, requires_grad=requires_grad) for x in operator_cases.given_to(m, ROWS[name], parameters, n, seed))
 
 
 @pytest.mark.parametrize("name", ROWS)
