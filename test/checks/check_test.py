@@ -2,6 +2,7 @@
 
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,6 +71,8 @@ def test_ignored_rules(check):
 
 def test_rules_are_declared_in_full():
     assert sum(len(rules) for rules in TOPICS.values()) == len(RULES)
+    declaring = {rule.check.__module__.rpartition(".")[2] for rule in RULES.values()}
+    assert declaring == {path.stem for path in (Path(__file__).resolve().parents[2] / "python/ksl/checks").glob("*_rules.py")}
     for name, rule in RULES.items():
         assert name == name.lower() and rule.condition.endswith(".") and rule.cause.endswith(".") and rule.repair.endswith(".") and rule.severity in STATUS
 

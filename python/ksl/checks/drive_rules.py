@@ -42,6 +42,3 @@ def _broken(robot: RobotFile, row: JudgedLimit) -> Broken:
     given = f", {row.least:.4g} to {row.most:.4g}" if of_motors else ""
     found = f"its {row.what} limit, {row.given:.4g}, is {row.judgement}: {row.reason}{given}"
     return Broken(found, robot.lines_of_joints.get(row.joint), "joint", row.joint, row.given, severity="note" if of_motors else None)
-
-
-RULES = [loop_limits]

@@ -235,6 +235,3 @@ def not_loaded(robot: RobotFile) -> Iterator[Broken]:
     if robot.refusal:
         line, said = place_and_rest(robot.refusal, str(robot.path))
         yield Broken(said, line)
-
-
-RULES = [xml_syntax, xml_encoding, xacro_unexpanded, number_unreadable, element_repeated, unknown_tag, unknown_attribute]

@@ -329,6 +329,3 @@ def _set_mass(inertial: Inertial, mass: float) -> Repair:
         return f"mass {old} is now {digits(mass)} kg"
 
     return change
-
-
-RULES = [centroid_outside, inertia_about_origin, inertia_units, inertia_too_large, mass_units]

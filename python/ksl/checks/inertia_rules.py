@@ -307,17 +307,3 @@ def _mounted(robot: RobotFile, root: Link) -> Repair:
         return f"added the link {link}, and {joint}, which fixes {root.name} to it"
 
     return change
-
-
-RULES = [
-    mass_negative,
-    inertia_without_mass,
-    inertia_not_positive,
-    inertia_triangle,
-    inertia_zero,
-    inertia_placeholder,
-    massless_end,
-    mass_missing,
-    inertial_default,
-    root_inertial,
-]

@@ -325,6 +325,3 @@ def transmission_unused(robot: RobotFile) -> Iterator[Broken]:
             if "${" not in text and (number is None or not np.isfinite(number) or (number == 0 if is_ratio else number < 0)):
                 expected = "a number other than 0" if is_ratio else "kg m², 0 or more"
                 yield Broken(f'<{given.tag}> of transmission "{name}" is "{text[:60]}", expected {expected}', line_of(given))
-
-
-RULES = [axis_zero, axis_not_unit, axis_missing, mimic_unknown, mimic_kind, mimic_fixed, mimic_loop, mimic_chain, dynamics_negative, transmission_unused]

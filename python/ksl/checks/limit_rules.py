@@ -177,6 +177,3 @@ def _magnitude(joint: Joint, what: str) -> Repair:
         return f"{what} of <limit>: -{text} is now {text}"
 
     return change
-
-
-RULES = [limit_missing, limit_reversed, limit_zero, limit_units, effort_zero, velocity_zero, limit_negative]

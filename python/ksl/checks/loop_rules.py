@@ -125,6 +125,28 @@ def loop_open_at_zero(robot: RobotFile) -> Iterator[Broken]:
 
 
 @rule(
+    "loop-singular",
+    "warning",
+    condition="At the closed position nearest to zero the loops' equations have the rank that they have around it, and no singular value below 0.001 of their largest term.",
+    cause="Links in one line, or flat on each other, as mechanisms are often drawn. Motions and reactions are not determined there, or very large.",
+    repair="Give the file another position, or start motions elsewhere: Model.close from a position away from it.",
+)
+def loop_singular(robot: RobotFile) -> Iterator[Broken]:
+    loops = robot.loops
+    if loops is None or loops.near is None:
+        return
+    here, around = loops.near_freedoms, loops.freedoms
+    loop = loops.model.loops[0]
+    if here.rank < around.rank:
+        more = here.mobility - around.mobility
+        found = f"{here.mobility} freedoms at the closed position nearest to zero, {more} more than around it"
+        yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(more))
+    elif here.rank and here.smallest < SINGULAR and here.smallest < 0.1 * around.smallest:
+        found = f"the smallest singular value is {here.smallest:.2g} of the largest term at the closed position nearest to zero, and {around.smallest:.2g} beside it"
+        yield Broken(found, _line(robot, loop.name), "joint", loop.name, here.smallest)
+
+
+@rule(
     "loop-redundant",
     "note",
     condition="No constraint of the loops follows from the others.",
@@ -175,28 +197,6 @@ def _advised(found: Advice) -> str | None:
     more = f", and {len(found.changes) - NAMES} more" if len(found.changes) > NAMES else ""
     left = "nothing is redundant then" if not found.left else f"{found.left} stay{'s' if found.left == 1 else ''} redundant"
     return f"Make {' and '.join(words)}{more}: the mechanism moves as before, and {left}. Or give stiffnesses."
-
-
-@rule(
-    "loop-singular",
-    "warning",
-    condition="At the closed position nearest to zero the loops' equations have the rank that they have around it, and no singular value below 0.001 of their largest term.",
-    cause="Links in one line, or flat on each other, as mechanisms are often drawn. Motions and reactions are not determined there, or very large.",
-    repair="Give the file another position, or start motions elsewhere: Model.close from a position away from it.",
-)
-def loop_singular(robot: RobotFile) -> Iterator[Broken]:
-    loops = robot.loops
-    if loops is None or loops.near is None:
-        return
-    here, around = loops.near_freedoms, loops.freedoms
-    loop = loops.model.loops[0]
-    if here.rank < around.rank:
-        more = here.mobility - around.mobility
-        found = f"{here.mobility} freedoms at the closed position nearest to zero, {more} more than around it"
-        yield Broken(found, _line(robot, loop.name), "joint", loop.name, float(more))
-    elif here.rank and here.smallest < SINGULAR and here.smallest < 0.1 * around.smallest:
-        found = f"the smallest singular value is {here.smallest:.2g} of the largest term at the closed position nearest to zero, and {around.smallest:.2g} beside it"
-        yield Broken(found, _line(robot, loop.name), "joint", loop.name, here.smallest)
 
 
 @rule(
@@ -305,6 +305,3 @@ def _list(names: Iterable[str], last: str = "and") -> str:
 
 def _angle(angle: float) -> str:
     return f"{np.degrees(angle):.3g}°" if angle >= ROUNDED else f"{angle:.2g} rad"
-
-
-RULES = [loop_frames, loop_open, loop_open_at_zero, loop_singular, loop_redundant, loop_rigid, loop_drives, loop_drives_unknown]

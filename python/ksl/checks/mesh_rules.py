@@ -210,6 +210,3 @@ def mesh_scales(robot: RobotFile) -> Iterator[Broken]:
                 least[1].name,
                 most[0] / least[0],
             )
-
-
-RULES = [mesh_uri, package_missing, mesh_missing, mesh_unreadable, mesh_units, mesh_scales]

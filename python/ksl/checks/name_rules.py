@@ -96,6 +96,3 @@ def _renamed(robot: RobotFile, kind: Kind, old: str, new: str) -> Repair:
         return f'{kind} "{old}" is now "{new}"'
 
     return change
-
-
-RULES = [name_missing, name_duplicate, name_case, name_space]

@@ -103,6 +103,3 @@ def _separated_by_other_than_blanks(robot: RobotFile) -> Iterator[Broken]:
             value=float(len(found)),
             fix=partial(str, "blanks are between all numbers"),
         )
-
-
-RULES = [portability]

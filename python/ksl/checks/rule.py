@@ -1,10 +1,15 @@
-"""Declarations of rules.  A rule says all about itself that the documentation and a finding say."""
+"""Declarations of rules.  A rule says all about itself that the documentation and a finding say.
+
+A new rule is a function of a `…_rules.py` with a declaration above it, and a file that breaks it in `CASES` of test/checks/rules_test.py.
+`scripts/check_page.py` writes it into docs/check.md.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
 from ksl.checks.description.findings import Finding, Repair, Severity
@@ -91,3 +96,8 @@ def rule(
 ) -> Callable[[Check], Rule]:
     """Makes a rule of the function below: a generator of :class:`Broken` over a robot file."""
     return lambda check: Rule(name, severity, condition, cause, repair, fix, accept, formats, whole, check)
+
+
+def rules_of(module: ModuleType) -> list[Rule]:
+    """The rules that a module declares, in their order there, which is that of findings and of the documentation."""
+    return [x for x in vars(module).values() if isinstance(x, Rule)]

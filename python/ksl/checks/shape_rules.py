@@ -102,6 +102,3 @@ def _axis_of_wheel(robot: RobotFile, link: Link, inertial: Inertial, I: Array) -
     axis = joint.axis / np.linalg.norm(joint.axis)
     away = float(np.linalg.norm(np.cross(axis, inertial.centroid)))
     return (axis, True) if inertial.mass and inertial.mass * away**2 <= UNLIKE * np.trace(I) else None
-
-
-RULES = [shape_size, inertia_axis]

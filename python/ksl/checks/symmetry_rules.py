@@ -80,6 +80,3 @@ def symmetry_mass(robot: RobotFile) -> Iterator[Broken]:
             most = f"; most of it {worst[2]}, {shown(worst[0])} kg, and {paired[worst[2]]}, {shown(worst[1])} kg" if len(limb) > 1 else ""
             found = f"limb {left} has {shown(on_left)} kg, {right} has {shown(on_right)} kg: {share:.0%} less{most}"
             yield Broken(found, robot.link_of[worst[2]].line, "link", left, share)
-
-
-RULES = [symmetry_mass]

@@ -17,6 +17,20 @@ _PLACES = ("origin", "pose", "axis", "axis2", "xyz")
 
 
 @rule(
+    "no-link",
+    "error",
+    condition="A robot has at least one link.",
+    cause="Another file was meant, or the file only includes others.",
+    repair="Name the file that has the links. If it is made by xacro, run xacro first: xacro FILE > robot.urdf; or let KSL run it: --xacro 'NAME:=VALUE'.",
+    formats=("urdf", "sdf"),
+    whole=True,
+)
+def no_link(robot: RobotFile) -> Iterator[Broken]:
+    if not robot.links and robot.root is not None:
+        yield Broken("no link in the file", robot.root.sourceline, value=0.0)
+
+
+@rule(
     "joint-incomplete",
     "error",
     condition="A joint has a type, a parent link and a child link, which differ.",
@@ -150,20 +164,3 @@ def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
         below = sum(1 for _ in robot.subtree(link.name)) - 1
         carried = f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
         yield Broken(f"no joint carries it{carried}; the root is {robot.roots[0].name}", link.line, "link", link.name)
-
-
-@rule(
-    "no-link",
-    "error",
-    condition="A robot has at least one link.",
-    cause="Another file was meant, or the file only includes others.",
-    repair="Name the file that has the links. If it is made by xacro, run xacro first: xacro FILE > robot.urdf; or let KSL run it: --xacro 'NAME:=VALUE'.",
-    formats=("urdf", "sdf"),
-    whole=True,
-)
-def no_link(robot: RobotFile) -> Iterator[Broken]:
-    if not robot.links and robot.root is not None:
-        yield Broken("no link in the file", robot.root.sourceline, value=0.0)
-
-
-RULES = [no_link, joint_incomplete, joint_type, joint_type_extension, link_undefined, joint_copied, joint_cycle, link_unreachable]
