@@ -65,11 +65,13 @@ _core.joint_kinds = tuple(SimpleNamespace(**{k: tuple(x) if isinstance(x, list) 
 USES = """
 import numpy as np
 from ksl.checks.run import check
+from ksl.drivetrain.loop_rows import _rows_of
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Verdict, uses_of
 from ksl.mechanism.joint_columns import by_name, endings_of
 from ksl.mechanism.joint_kinds import KINDS
-from ksl.mechanism.mechanism import Joint
+from ksl.mechanism.mechanism import Joint, Loop
+from ksl.mechanism.stiffness import steady_motion
 from ksl.mechanism.joint_kinds import columns_of, units_of
 from ksl.report.html.input import CaseCurves, ReportInput
 from ksl.report.html.page import write_report
@@ -80,6 +82,10 @@ assert columns_of(slide) == (["slide.x", "slide.y"], ["slide.vx", "slide.vy"], [
 assert units_of(slide)[0] == ("m", "m")
 table = {"slide.y": [3.0, 4.0], "slide.x": [1.0, 2.0]}
 assert by_name(table, list(table), "q", [("slide", endings_of(KINDS["xy_table"]))]).tolist() == [[1, 3], [2, 4]]
+
+loop = Loop("closing", "xy_table", "floor", "plate", tuple(np.eye(4).ravel()), tuple(np.eye(4).ravel()), None, None, 0.0, 4)
+assert steady_motion(slide).tolist() == np.eye(6)[:, :2].tolist()
+assert [(row.what, row.direction.tolist()) for row in _rows_of(loop)] == [("length", [0, 0, 1]), *(("turn", list(e)) for e in np.eye(3))]
 
 found = [(f.rule, f.name) for f in check(sys.argv[2])]
 assert ("joint-type-extension", "slide") in found and "joint-type" not in [rule for rule, _ in found], found

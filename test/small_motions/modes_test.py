@@ -267,6 +267,13 @@ def test_stiffnesses_that_do_not_fit(stiffness, said):
         arm().build().modes(np.zeros(3), stiffness=stiffness)
 
 
+@pytest.mark.parametrize("kind", ["cylindrical", "planar"])
+def test_torsional_is_refused_where_a_joint_turns_about_its_axis_and_moves_otherwise_too(kind):
+    m = ksl.Builder("one").add_link("ground").add_link("part", 1.0, (0, 0, 0), np.eye(3)).add_joint("j", kind, "ground", "part", axis=(0, 0, 1)).build()
+    with pytest.raises(ValueError, match=f"torsional is about the axis, and a {kind} joint turns about it; leave it out"):
+        m.modes(m.neutral(), stiffness={"j": {"torsional": 1.0}})
+
+
 def test_massless_parts_that_nothing_holds_and_open_loops_are_refused():
     b = ksl.Builder("frame").add_link("ground").add_link("arm", 1.0, (0.1, 0, 0), np.eye(3)).add_link("tip")
     m = b.add_joint("hinge", "revolute", "ground", "arm", axis=(0, 1, 0)).add_joint("wrist", "revolute", "arm", "tip", axis=(0, 0, 1)).build()

@@ -13,17 +13,14 @@ from ksl.drivetrain.idle import IdleRod, idle_rods
 from ksl.drivetrain.parts import Part, require_enough
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.freedoms import freedoms
+from ksl.mechanism.joint_kinds import slides
 from ksl.mechanism.mechanism import Loop
 from ksl.mechanism.states import Array
 
 
-FREE_LENGTHS = {"prismatic": 1, "cylindrical": 1, "planar": 2, "translation": 3}
-"""Directions along which joints of a kind slide: so many forces they don't resist."""
-
-
 def _forces(loop: Loop) -> list[float]:
     """The force in each of the equations of lengths, of a multiplier of one: they are unit wrenches, of a screw with pitch p along its axis f (z, −p z), which is the third."""
-    return [1.0 / np.hypot(1.0, loop.pitch if k == 2 else 0.0) for k in range(3 - FREE_LENGTHS.get(loop.kind, 0))]
+    return [1.0 / np.hypot(1.0, loop.pitch if k == 2 else 0.0) for k in range(3 - slides(loop.kind))]
 
 
 class Equations:

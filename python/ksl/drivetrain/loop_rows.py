@@ -25,11 +25,9 @@ import numpy as np
 from ksl.drivetrain.equations import Equations
 from ksl.drivetrain.idle import IdleRod
 from ksl.generation.expressions import Objects, cosine, sine
+from ksl.mechanism.joint_kinds import KINDS, own_axes, places_in_twist, slides
 from ksl.mechanism.mechanism import Loop
 from ksl.mechanism.states import Array
-
-SLIDING = ("prismatic", "cylindrical", "helical", "planar")
-"""Kinds whose points move apart while the loop is closed."""
 
 Side = tuple[str, Array]
 """A link, and the pose (4, 4) of the loop joint's frame in it."""
@@ -139,13 +137,13 @@ def rows_of_loops(equations: Equations, q: Array, without: Sequence[str]) -> lis
 def _rows_of(loop: Loop) -> list[LoopRow]:
     """The rows of a loop: what its joint resists."""
     axis, axis2 = (np.zeros(3) if x is None else np.array(x) for x in (loop.axis, loop.axis2))
-    across, none, kind = np.linalg.svd(axis[None])[2][1:], np.zeros((0, 3)), loop.kind
-    is_screw = kind == "helical" and loop.pitch != 0
-    lengths = {"prismatic": across, "cylindrical": across, "helical": across if is_screw else np.eye(3), "planar": axis[None], "translation": none}.get(
-        kind, np.eye(3)
-    )
-    turns = {"spherical": none, "universal": none, "prismatic": np.eye(3), "fixed": np.eye(3), "translation": np.eye(3)}.get(kind, across)
+    kind, axes = KINDS[loop.kind], own_axes(loop.kind, loop.axis)
+    is_screw = kind.has_pitch and loop.pitch != 0
+    free = {*(() if kind.has_axis2 else places_in_twist(loop.kind)), *([2] if is_screw else [])}
+    lengths, turns = (axes[[k for k in range(3) if k + at not in free]] if free & {at, at + 1, at + 2} else np.eye(3) for at in (0, 3))
+    if kind.has_axis2:
+        turns = turns[:0]
     words = [("length", w) for w in lengths] + [("turn" if len(turns) == 3 else "tilt", w) for w in turns]
-    words += [("screw", axis)] * is_screw + [("cross", axis)] * (kind == "universal")
+    words += [("screw", axis)] * is_screw + [("cross", axis)] * kind.has_axis2
     sides = (loop.predecessor, np.reshape(loop.predecessor_pose, (4, 4))), (loop.successor, np.reshape(loop.successor_pose, (4, 4)))
-    return [LoopRow(what, sides, w, axis, axis2, loop.pitch, kind in SLIDING) for what, w in words]
+    return [LoopRow(what, sides, w, axis, axis2, loop.pitch, slides(loop.kind) > 0 or kind.has_pitch) for what, w in words]

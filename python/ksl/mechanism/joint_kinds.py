@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal, Protocol
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ksl._core import JointKind, joint_kinds
 from ksl.mechanism.joint_columns import endings_of
+from ksl.mechanism.states import Array
 
 Kind = Literal["fixed", "revolute", "continuous", "prismatic", "helical", "cylindrical", "universal", "spherical", "planar", "translation", "floating"]
 """The names of the kinds, for type checkers and editors."""
@@ -32,6 +36,23 @@ def turns(kind: str) -> int:
 def slides(kind: str) -> int:
     """Along how many directions it slides, whatever it turns by: 0 to 3."""
     return KINDS[kind].velocity_unit.count("m")
+
+
+def places_in_twist(kind: str) -> list[int]:
+    """Where the numbers of a kind's velocity are in a twist, linear first, in its frame, whose z is its axis if it has one: 0 to 5 each.
+
+    The last letter of a number's name says so, `vx`, `wz`; one without such a letter is along or about z.  Not for universal joints, whose axes are not those of one frame.
+    """
+    of = KINDS[kind]
+    return [("xyz".index(name[-1]) if name[-1] in "xyz" else 2) + 3 * (unit == "rad") for name, unit in zip(of.velocity, of.velocity_unit, strict=True)]
+
+
+def own_axes(kind: str, axis: ArrayLike | None) -> Array:
+    """The axes x, y, z (3, 3), by rows, of the frame that :func:`places_in_twist` is about: z is the joint's axis; those of the description if it has none."""
+    if not KINDS[kind].has_axis or axis is None:
+        return np.eye(3)
+    u = np.array(axis, dtype=float)[None]
+    return np.concatenate([np.linalg.svd(u)[2][1:], u])
 
 
 def has_one_coordinate(kind: str) -> bool:

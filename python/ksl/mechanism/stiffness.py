@@ -14,6 +14,7 @@ from ksl.base.errors import DescriptionError, unknown_name
 from ksl.base.higher_rooms import function_of
 from ksl.mechanism import given
 from ksl.mechanism.gear_classes import Of, along_motion
+from ksl.mechanism.joint_kinds import KINDS, own_axes, places_in_twist
 from ksl.mechanism.requests import one_of
 
 if TYPE_CHECKING:
@@ -168,8 +169,11 @@ def _of_bearing(who: str, stiffness: Mapping[str, Any], of: Joint | Loop) -> Fle
     motion = steady_motion(of)
     if "motion" in stiffness and motion.shape[1] != 1:
         raise ValueError(f"{who}: a {of.kind} joint has no single motion; give six numbers in the axes of its frame")
-    if "torsional" in stiffness and of.kind in ("revolute", "continuous", "helical", "cylindrical"):
-        raise ValueError(f"{who}: torsional is about the axis, and a {of.kind} joint turns about it; give motion")
+    kind = KINDS[of.kind]
+    if "torsional" in stiffness and kind.has_axis and not kind.has_axis2 and 5 in places_in_twist(of.kind):
+        raise ValueError(
+            f"{who}: torsional is about the axis, and a {of.kind} joint turns about it; {'give motion' if motion.shape[1] == 1 else 'leave it out'}"
+        )
     numbers = {key: given.number(x, f"{who}: {key}") for key, x in stiffness.items() if key not in PLACES}
     bearing = _moved(_of_directions(who, directions, [numbers.get(key, np.inf) for key in keys]), at)
     if of.kind != "helical":  # whose motion is none of these directions
@@ -226,13 +230,14 @@ def _independent(directions: np.ndarray) -> np.ndarray:
 
 def steady_motion(of: Joint | Loop) -> np.ndarray:
     """The directions (6, n) of a joint's motion that stay in the axes of its frame on the child's side.  The other one, of a universal joint, turns with it."""
-    u = np.zeros(3) if of.axis is None else np.array(of.axis)
-    lin, ang = np.concatenate([u, np.zeros(3)])[:, None], np.concatenate([np.zeros(3), u])[:, None]
-    across = np.zeros((6, 2))
-    across[:3] = np.linalg.svd(u[None])[2][1:].T
-    directions: dict[str, np.ndarray] = {
-        "fixed": np.zeros((6, 0)), "revolute": ang, "continuous": ang, "prismatic": lin, "helical": of.pitch * lin + ang, "cylindrical": np.hstack([lin, ang]),
-        "universal": np.concatenate([np.zeros(3), of.axis2 or np.zeros(3)])[:, None], "spherical": np.eye(6)[:, 3:], "planar": np.hstack([across, ang]),
-        "translation": np.eye(6)[:, :3], "floating": np.eye(6),
-    }  # fmt: skip
-    return directions[of.kind]
+    kind = KINDS[of.kind]
+    if kind.has_axis2:
+        return np.concatenate([np.zeros(3), of.axis2 or np.zeros(3)])[:, None]
+    axes, places = own_axes(of.kind, of.axis), sorted(places_in_twist(of.kind))
+    motion = np.zeros((6, len(places)))
+    for column, place in enumerate(places):
+        at = place // 3 * 3
+        motion[at : at + 3, column] = axes[place % 3]
+    if kind.has_pitch:
+        motion[:3, 0] = of.pitch * axes[2]
+    return motion

@@ -12,6 +12,7 @@ import numpy as np
 
 from ksl import _core
 from ksl.model.model import Model
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.requests import core_of, request_of_links
 from ksl.operators.table import COMPLETIONS, ROWS
 
@@ -19,7 +20,6 @@ from ksl.operators.table import COMPLETIONS, ROWS
 T = TypeVar("T")
 Placed = tuple[tuple[str, int, int], ...]
 """Joints whose velocity isn't the rate of their numbers: kind, and where the numbers begin in q and in v."""
-PLACED = ("floating", "spherical", "planar")
 
 
 class Stage(IntEnum):
@@ -75,7 +75,7 @@ class Operator:
             row.regressor if more.parameters else "", row.by_parameters, row.solved, request,
             request_of_links(model, more.external) if more.external else None, more.in_world, list(more.given), more.nan_where_open,
         )  # fmt: skip
-        self.placed: Placed = tuple((joint.kind, joint.q_index, joint.v_index) for joint in model.joints if joint.kind in PLACED and joint.nv)
+        self.placed: Placed = tuple((joint.kind, joint.q_index, joint.v_index) for joint in model.joints if not KINDS[joint.kind].velocity_is_rate and joint.nv)
         self.number: int = self.core.number
         """By which compiled programs name it."""
         self.inputs: tuple[str, ...] = (*row.inputs, *["external"] * self.external, *["parameters"] * more.parameters)

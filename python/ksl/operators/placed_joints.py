@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.operators.operator import Placed
-
-SIZES = {"floating": (7, 6), "spherical": (4, 3), "planar": (3, 3)}
-"""How many numbers of q and of v these joints have."""
 
 
 def of_unit_length(xp: Any, joints: Placed, q: Any) -> Any:
     """q with quaternions divided by their length."""
-    places = [at + 3 * (kind == "floating") for kind, at, _ in joints if kind != "planar"]
+    places = [at + first for kind, at, _ in joints if (first := KINDS[kind].quaternion) is not None]
     if not places:
         return q
     parts, end = [], 0
@@ -42,7 +40,7 @@ def _converted(xp: Any, joints: Placed, q: Any, x: Any, to_velocity: bool) -> An
     """x is given where the first index counts, and returned where the other one does."""
     parts, end = [], 0
     for kind, at_q, at_v in joints:
-        nq, nv = SIZES[kind]
+        nq, nv = KINDS[kind].nq, KINDS[kind].nv
         at, size = (at_q, nq) if to_velocity else (at_v, nv)
         parts += [x[..., end:at], _OF_KIND[kind](xp, q[..., at_q : at_q + nq], x[..., at : at + size], to_velocity)]
         end = at + size

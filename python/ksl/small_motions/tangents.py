@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.joint_kinds import KINDS, places_in_twist
 from ksl.mechanism.states import Array
 from ksl.small_motions.directions import cross
 
@@ -60,13 +61,10 @@ def _brackets(model: Calls, v: Array) -> Array:
     """(nv, nv): v × of joints whose velocities are those of a group of turns, zero for others: δv = η̇ + v × η where η is the variation of the pose."""
     ad = np.zeros((model.nv, model.nv))
     for joint in model.joints:
-        own = slice(joint.v_index, joint.v_index + joint.nv)
-        if joint.kind == "planar":
-            x, y, w = v[own]
-            ad[own, own] = [[0, -w, y], [w, 0, -x], [0, 0, 0]]
-        elif joint.kind == "spherical":
-            ad[own, own] = cross(v[own])
-        elif joint.kind == "floating":
-            turn = cross(v[own][3:])
-            ad[own, own] = np.block([[turn, cross(v[own][:3])], [np.zeros((3, 3)), turn]])
+        if not KINDS[joint.kind].velocity_is_rate:  # the bracket of se(3), of which such joints have a subalgebra
+            own, places = slice(joint.v_index, joint.v_index + joint.nv), places_in_twist(joint.kind)
+            twist = np.zeros(6)
+            twist[places] = v[own]
+            turn = cross(twist[3:])
+            ad[own, own] = np.block([[turn, cross(twist[:3])], [np.zeros((3, 3)), turn]])[np.ix_(places, places)]
     return ad

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ksl.base.errors import MotionError
 from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import Array
@@ -101,8 +102,10 @@ def rates(joint: Joint, time: Array, q: Array) -> tuple[Array, Array]:
     """Velocities and accelerations (n, nv) of a joint from its positions q (n, nq)."""
     if joint.quaternion is not None:
         return _rates_of_poses(time, q)
-    if not KINDS[joint.kind].velocity_is_rate:  # planar: of all others without a quaternion it is
+    if joint.kind == "planar":
         return _rates_in_plane(time, q)
+    if not KINDS[joint.kind].velocity_is_rate:
+        raise MotionError(f"{joint.name}: positions of a {joint.kind} joint can't be differentiated; give its velocities and accelerations, too")
     spline = spline_through(time, q)
     return spline(time, nu=1), spline(time, nu=2)
 
