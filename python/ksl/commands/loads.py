@@ -38,7 +38,6 @@ from ksl.commands.options import (
     suggestion,
 )
 from ksl.commands.stiffness_option import Stiffness, with_stiffness
-from ksl.commands.write_run import written
 
 if TYPE_CHECKING:
     from ksl.load_cases.case_files.given_cases import PlacementError
@@ -105,7 +104,7 @@ def loads(
     the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
     planar and translation joints, and what each format of motions may hold.
     """
-    from ksl.commands.print_loads import print_run
+    from ksl.commands.print_loads import print_run, progress
     from ksl.load_cases.case_files.given_cases import PlacementError
     from ksl.output import OutputError
     from ksl.report.compute_loads import compute_loads
@@ -130,7 +129,8 @@ def loads(
         )  # fmt: skip
         out = console(120)
         off = deflections(run.cases, deflection, stiffness) if deflection else None
-        files = written(run, output, out, csv, force, report, {DEFLECTION: off.write} if off else {}, xlsx, mcap, mat, rrd)
+        with progress(out, run) as advance:
+            files = run.write(output, csv, force, advance, report, {DEFLECTION: off.write} if off else {}, xlsx, mcap, mat, rrd)
         print_run(out, run, [*([str(off)] if off else []), f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise

@@ -1,8 +1,9 @@
-"""What `ksl loads` prints: the verdict, and the summary in tables that fit a terminal of 80 columns."""
+"""What `ksl loads` prints: how far it is, the verdict, and the summary in tables that fit a terminal of 80 columns."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
@@ -34,6 +35,19 @@ MOST_CASES = 20
 """So many load cases have a line of their own."""
 LABELS = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
 STYLE = {"green": "green", "amber": "yellow", "red": "bold red"}
+
+
+@contextmanager
+def progress(console: Console, run: Run) -> Iterator[Callable[[int], None] | None]:
+    """What :meth:`Run.write` tells how many samples are done, for a bar in the terminal; None elsewhere."""
+    if not console.is_terminal:
+        yield None
+        return
+    from rich.progress import Progress
+
+    with Progress(console=console, transient=True) as shown:
+        task = shown.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
+        yield lambda samples: shown.advance(task, samples)
 
 
 def print_run(console: Console, run: Run, written: Sequence[str] = ()) -> None:

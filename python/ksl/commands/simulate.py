@@ -38,7 +38,6 @@ from ksl.commands.options import (
     read_model,
 )
 from ksl.commands.stiffness_option import Stiffness, with_stiffness
-from ksl.commands.write_run import written
 
 if TYPE_CHECKING:
     from ksl.base.files_read import InputFile
@@ -100,7 +99,7 @@ def simulate(
     It begins at --pose, at rest but for --velocity, or in the state of MOTION or --start. pd holds that pose, or follows MOTION, and carries the weight;
     computed-torque does so by inverse dynamics. docs/simulation.md says which method to take.
     """
-    from ksl.commands.print_loads import print_run
+    from ksl.commands.print_loads import print_run, progress
     from ksl.load_cases.provenance import provenance_of
     from ksl.output import OutputError
     from ksl.report.files import ReportFiles
@@ -136,7 +135,8 @@ def simulate(
             found, files = [case], [*files, *read]
         run = Run(found, provenance_of(found, [*model.inputs, *stiff, *files], {k: v for k, v in options.items() if v not in (None, "", [])}, command_line()))
         out, report = console(120), ReportFiles.wanted(json, "A4" if pdf else None, components)
-        names = written(run, output, out, csv, force, report, _motions(model, found), xlsx=xlsx, mcap=mcap, mat=mat, rrd=rrd)
+        with progress(out, run) as advance:
+            names = run.write(output, csv, force, advance, report, _motions(model, found), xlsx, mcap, mat, rrd)
         print_run(out, run, [f"written to {output}: {', '.join(names)}", f"report: {output / 'report.html'}"])
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise

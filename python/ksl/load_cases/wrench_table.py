@@ -13,6 +13,7 @@ from ksl.base.extras import require
 from ksl.base.finite_results import CHECK_UNITS
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.provenance import Provenance, provenance_of
+from ksl.load_cases.quantities import UNDETERMINED
 from ksl.load_cases.reaction_joints import has_drive, reaction_joints
 from ksl.mechanism.calls import Calls
 from ksl.mechanism.mechanism import Mechanism
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 COMPONENTS = {"lin_ang": ("fx", "fy", "fz", "tx", "ty", "tz"), "ang_lin": ("tx", "ty", "tz", "fx", "fy", "fz")}
+MOTION = ("position", "speed", "acceleration")
 
 
 class TableWriter:
@@ -50,12 +52,11 @@ class TableWriter:
         self._with_brake = any(case.get("brake") for case in cases)
         self._closed = bool(model.loops)
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
-        motion = ("position", "speed", "acceleration")
         numbers = [
             "time",
             *names,
             *(f"constraint_{c}" for c in names),
-            *motion,
+            *MOTION,
             "effort",
             "power",
             *(["brake"] if self._with_brake else []),
@@ -66,7 +67,7 @@ class TableWriter:
         self.schema = pa.schema(
             [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
             + [pa.field(n, pa.float64()) for n in numbers[1:]]
-            + [pa.field(n, words) for n in ("on", "at", "axes", *(["undetermined"] if self._closed else []))],
+            + [pa.field(n, words) for n in ("on", "at", "axes", *([UNDETERMINED] if self._closed else []))],
             metadata={"ksl": json.dumps((provenance.metadata() if provenance else {"robot": model.name}) | self._description(model))},
         )
 
@@ -84,7 +85,7 @@ class TableWriter:
             **({"brake": "effort that brakes supply at samples where drives don't, whose effort is zero there"} if self._with_brake else {}),
             **(
                 {
-                    "undetermined": "components that rigid bodies leave open, of the same wrench; their values are those of least norm, or with stiffnesses one of the possible values"
+                    UNDETERMINED: "components that rigid bodies leave open, of the same wrench; their values are those of least norm, or with stiffnesses one of the possible values"
                 }
                 if self._closed
                 else {}
@@ -95,13 +96,17 @@ class TableWriter:
     def table(self, block: Block, case: int = 0) -> pa.Table:
         """One block of a load case, by its number, as a table; samples in order, and in each the joints in order."""
         pa, n, joints = self._pa, len(block.time), len(self._joints)
-        columns = [self._words(self._cases, np.full(n * joints, case, dtype=np.int16))]
-        columns += [self._numbers(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
-        for wrench in (block.total, block.constraint):
+        columns = {
+            "case": self._words(self._cases, np.full(n * joints, case, dtype=np.int16)),
+            "time": self._numbers(np.repeat(block.time, joints)),
+            "joint": self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n)),
+        }
+        for prefix, wrench in (("", block.total), ("constraint_", block.constraint)):
             chosen = wrench if joints == self._all else wrench[:, self._chosen]
-            columns += [self._numbers(chosen[:, :, i]) for i in range(6)]
+            columns |= {prefix + name: self._numbers(chosen[:, :, i]) for i, name in enumerate(COMPONENTS[self._placement.order])}
         moved = [block.motions.of(j) for j in self._joints if j.one_coordinate]
-        columns += [self._of(self._moving, np.column_stack([of[k] for of in moved]) if moved else np.empty((n, 0))) for k in range(3)]
+        for k, name in enumerate(MOTION):
+            columns[name] = self._of(self._moving, np.column_stack([of[k] for of in moved]) if moved else np.empty((n, 0)))
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
         of_drive = block.of_drives(effort)
         with np.errstate(over="ignore"):
@@ -112,25 +117,25 @@ class TableWriter:
             raise MotionError(
                 f"the power of {joint} is not finite at {block.time[sample]:.9g} s: efforts or velocities are too large for double precision; {CHECK_UNITS}"
             )
-        columns += [self._of(self._driven, of_drive), self._of(self._driven, power)]
-        none = np.zeros(joints, dtype=bool)
+        columns |= {"effort": self._of(self._driven, of_drive), "power": self._of(self._driven, power)}
         if self._with_brake:
-            columns.append(self._of(self._driven, effort, block.braked))
-        columns += [self._of(self._follows, block.coupling[:, self._following])] if self._following else []
-        if self._with_parts and block.parts is None:
-            columns += [self._of(none, np.empty((n, 0)))] * len(EFFORT_PARTS)
-        elif block.parts is not None:
-            columns += [self._of(self._driven, block.parts[:, i, self._v_index], ~block.braked) for i in range(len(EFFORT_PARTS))]
+            columns["brake"] = self._of(self._driven, effort, block.braked)
+        if self._following:
+            columns["coupling"] = self._of(self._follows, block.coupling[:, self._following])
+        if block.parts is not None:
+            columns |= {name: self._of(self._driven, block.parts[:, i, self._v_index], ~block.braked) for i, name in enumerate(EFFORT_PARTS)}
+        elif self._with_parts:
+            columns |= dict.fromkeys(EFFORT_PARTS, self._of(np.zeros(joints, dtype=bool), np.empty((n, 0))))
         p = self._placement
         points = list(dict.fromkeys(p.of(j.name) for j in self._joints))
         point_of_row = np.tile(np.array([points.index(p.of(j.name)) for j in self._joints], dtype=np.int16), n)
         same = np.zeros(n * joints, dtype=np.int16)
-        columns += [self._words([p.on], same), self._words(points, point_of_row), self._words([p.axes], same)]
+        columns |= {"on": self._words([p.on], same), "at": self._words(points, point_of_row), "axes": self._words([p.axes], same)}
         if self._closed:
             said = [" ".join(block.undetermined.components.get(j.name, ())) for j in self._joints]
             distinct = list(dict.fromkeys(said))
-            columns.append(self._words(distinct, np.tile(np.array([distinct.index(x) for x in said], dtype=np.int16), n)))
-        return pa.Table.from_arrays(columns, schema=self.schema)
+            columns[UNDETERMINED] = self._words(distinct, np.tile(np.array([distinct.index(x) for x in said], dtype=np.int16), n))
+        return pa.Table.from_arrays([columns[name] for name in self.schema.names], schema=self.schema)
 
     def _of(self, chosen: NDArray[np.bool_], x: Array, rows: NDArray[np.bool_] | None = None) -> pa.Array:
         """Values of the chosen joints; the others have none.  rows: samples that have some, (n); None: all."""
