@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,11 +22,11 @@ from ksl.simulation.simulation_result import HAPPENINGS, Drift, Event, Simulatio
 from ksl.mechanism.states import Array, External, ExternalAxes, items_of
 
 Method = Literal["semi_implicit_euler", "rk4", "rkmk4", "dop853", "sdirk4", "variational"]
-METHODS = ("semi_implicit_euler", "rk4", "rkmk4", "dop853", "sdirk4", "variational")
-"""In the order of the compiled enumeration."""
+METHODS: tuple[Method, ...] = get_args(Method)
+"""In the order of `stepping` (include/ksl/simulate.hpp), since the extension takes their numbers."""
 
-IN_LANES = METHODS[:3]
-"""Methods that step many runs at once."""
+IN_LANES = ("semi_implicit_euler", "rk4", "rkmk4")
+"""Methods that step many runs at once (`go_in_lanes_under_laws`, src/simulate/runs/runs_under_laws.cpp)."""
 
 REASONS = (
     "complete",
