@@ -45,7 +45,7 @@ class Algorithm:
     choices: keywords of the Python method whose values are other algorithms: {"triangle": {"both": this one, "upper": the other}}.
         The first is the default.
     links_keyword: what the argument is called in Python that names several links.
-    form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
+    form: how results are stored from lanes to rows, a struct of src/engine/kernels/forms.hpp.
     upper: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
     nan_without_mass: is the result NaN where nothing that moves has mass, which its documentation says.

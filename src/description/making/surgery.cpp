@@ -1,4 +1,4 @@
-// Robots made from other robots, on descriptions.  The one that needs the pose of a joint is in engine/frozen_joints.cpp.
+// Robots made from other robots, on descriptions.  The one that needs the pose of a joint is in engine/run/frozen_joints.cpp.
 #include "ksl/surgery.hpp"
 
 #include "description/parts/rigid_pose.hpp"

@@ -261,7 +261,8 @@ void geometry::wrench_variations(const double *lambda, const double *dlambda, co
     const screw<double> W = relative_twist(n, dq);
     const coscrew<double> f = wrench(n, lambda);
     coscrew<double> df = wrench(n, dlambda);
-    if (row_has_two_axes(l.kind)) { // its last wrench is the normal of both axes, the first of which the predecessor has
+    if (row_has_two_axes(
+            l.kind)) { // its last wrench is the normal of both axes, the first of which the predecessor has
       const vector u1 = first_axis(n), dN = cross(cross(u1, W.ang), l.axis2);
       const double size = length(cross(u1, l.axis2));
       df.ang = sum(df.ang, scaled(size > 0 ? lambda[l.first_row + l.rows - 1] / size : 0, dN));

@@ -38,8 +38,21 @@ KSL_LANES void add_relative_motion(const screw<T> &twist, const screw<T> &rate, 
   }
 }
 
+/// Are the motions along and about these axes a group, so that their unit twists are constant in the body's axes?  With two of them it has
+/// their bracket: [e_a, e_b] of two rotations is the third, of a rotation about a and a translation along b the translation along the third axis.
+template <int... coordinates> constexpr bool is_group() {
+  bool has[6] = {}, closed = true;
+  ((has[coordinates] = true), ...);
+  for (int a = 3; a < 6; ++a)
+    for (int b = 0; b < 6; ++b)
+      if (has[a] && has[b] && b % 3 != a % 3)
+        closed = closed && has[b / 3 * 3 + (3 - a % 3 - b % 3)];
+  return closed;
+}
+
 /// Coordinates of the velocity: 0, 1, 2 translate along the body's axes x, y, z, and 3, 4, 5 rotate about them.
 template <int... coordinates> struct several_axes_joint {
+  static_assert(is_group<coordinates...>(), "unit twists of this joint are not constant in the child's axes");
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
   static constexpr const char *other_name = nullptr;
