@@ -41,7 +41,7 @@ velocities, are then accepted; otherwise past 1e-6 they are refused.  The states
         external="optional",
         results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
         smooth_friction=True,
-        summary="The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).",
+        summary="Joint accelerations (…, nv) as of forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the mass matrix, its factors and "
         "the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).",
         python="""

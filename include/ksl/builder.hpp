@@ -36,7 +36,7 @@ struct joint_options {
 
 /// What a joint that closes a loop may have besides kind, links and frames, as joint_options.
 struct loop_options {
-  std::optional<vec3<double>> axis, axis2; ///< the same components in the frames on both links
+  std::optional<vec3<double>> axis, axis2; ///< with equal components in the frames on both links
   optional_number pitch;
 };
 

@@ -86,7 +86,7 @@ struct lone_body {
   vec3<double> direction; ///< of the line, in the link's axes; a unit vector
   bool is_even;
 };
-/// Those of a model whose drives are known, found when it was made.
+/// The lone bodies of a model whose drives are known, found when it was made.
 KSL_EXPORT std::vector<lone_body> lone_bodies(const model &m);
 
 /// patterns: wrenches that may be added to those of all joints without a change that can be observed, orthonormal over all joints in N and

@@ -103,7 +103,7 @@ class _Value:
         raise NotImplementedError
 
     def _with(self: V, numbers: Floats, **labels: Any) -> V:
-        """The same kind and labels, other numbers, no checks."""
+        """A value of this kind and with these labels, of other numbers, without checks."""
         raise NotImplementedError
 
     def _meet(self, operation: str, other: object) -> None:

@@ -65,7 +65,7 @@ public:
   bool single() const { return single_; }
   const std::vector<step> &steps() const { return steps_; }
   bool is_constant(int i) const { return at(i).what == operation::constant; }
-  /// That of a constant.
+  /// The number of a constant.
   double number(int i) const { return at(i).number; }
 
   /// Marks a step as the next number of the results; −1: one that isn't written.

@@ -18,7 +18,7 @@ namespace ksl::generate {
 /// A user's position in the expanded mechanism; the same where no joint follows another.
 recordings expanded_position(const model &, bool single, const recording *q);
 
-/// The same of a velocity or an acceleration.
+/// A user's velocity or acceleration in the expanded mechanism.
 recordings expanded_motion(const model &, bool single, const recording *v);
 /// Where a user's velocities are in those of the expanded mechanism.
 std::vector<int> own_coordinates(const model &);

@@ -63,7 +63,7 @@ public:
   recorded_model &operator=(const recorded_model &) = delete;
 
   const model_view<recording> &view() const { return view_; }
-  /// The same plan of loops, whose independent coordinates have no accelerations of their own where it is steady.
+  /// Takes over a plan of loops, whose independent coordinates have no accelerations of their own where it is steady.
   void set_loops(const loop_plan<double> &plan, bool steady) {
     loops::convert(plan, loops_);
     loops_.view.steady = steady;

@@ -88,7 +88,7 @@ template <> struct ksl::math<ksl::generate::recording> {
   using recording = ksl::generate::recording;
   using operation = ksl::generate::operation;
 
-  /// That of the recording's precision.
+  /// The unit roundoff of the recording's precision.
   struct unit_roundoff {
     operator recording() const { return recording::current->single() ? double(FLT_EPSILON) : DBL_EPSILON; }
   };

@@ -22,7 +22,7 @@ public:
   /// Links and joints that an element names, in its attributes and texts and in those of the elements in it.
   struct found { std::set<std::string> links, joints; };
   found named_in(pugi::xml_node node) const;
-  /// Those that one text names: it is a name, or a list of names and of nothing else.
+  /// Adds the links and joints that one text names: it is a name, or a list of names and of nothing else.
   void add_named(const std::string &text, found &out) const;
 
 private:

@@ -28,7 +28,7 @@ std::string printable(std::string_view text);
 /// The text if it is no longer than `most` bytes, otherwise its beginning, whole characters, and "...".
 std::string shortened(std::string_view text, std::size_t most);
 
-/// Likewise, but what is left out is in the middle.
+/// The text if it is no longer than `most` bytes, otherwise its beginning, "..." and its end.
 std::string shortened_in_middle(std::string_view text, std::size_t most);
 
 } // namespace ksl::text

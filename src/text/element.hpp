@@ -48,7 +48,7 @@ public:
 
   /// For elements that hold text: lists attributes other than those named, and child elements.
   void expect_text(std::initializer_list<std::string_view> attributes) const;
-  /// That text, without blanks around it.
+  /// The element's text, without blanks around it.
   std::string content() const;
   /// The numbers in it; `example` shows what to write if there is none, or not as many as wanted.
   std::vector<double> content_numbers(std::size_t count, const std::string &example) const;

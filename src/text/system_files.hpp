@@ -13,7 +13,7 @@ struct status {
   std::size_t bytes;
 };
 
-// As the calls of POSIX that they are named after: negative, or false, with errno, where they fail.
+// Calls of the system, which return what those of POSIX do that they are named after: negative, or false, with errno, where they fail.
 bool look_at(const std::string &path, status &found);
 bool look_at(int descriptor, status &found);
 /// For reading; doesn't wait for a pipe's writer.

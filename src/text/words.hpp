@@ -29,7 +29,7 @@ std::string listed(const std::vector<std::string> &names, std::size_t most = 6);
 std::string shown(double number);
 
 /// The double nearest to the number in a text that contains nothing else, except blanks around it and a leading plus.
-/// That of 1e-400 is 0. Empty if there is no number, or if it is infinite or beyond the largest double.
+/// The double of 1e-400 is 0. Empty if there is no number, or if it is infinite or beyond the largest double.
 std::optional<double> number_in(std::string_view text);
 
 /// Why there is no number in a text, as the end of a sentence.

@@ -17,7 +17,7 @@ def arrow_file(path: str | os.PathLike[str], mode: Literal["rb", "wb"] = "rb") -
 
 
 def with_text(table: pa.Table) -> pa.Table:
-    """The same table.  Raises pyarrow.ArrowInvalid where text in it is no UTF-8: Arrow reads it as it stands, and Python fails where it asks for it."""
+    """The table that is given, if its text is UTF-8.  Raises pyarrow.ArrowInvalid where text in it is no UTF-8: Arrow reads it as it stands, and Python fails where it asks for it."""
     import pyarrow as pa
 
     for name, column in zip(table.column_names, table.columns, strict=True):

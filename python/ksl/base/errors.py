@@ -19,7 +19,7 @@ class _Sentence(Exception):
     argument: str = ""
     """The argument of a call that the sentence begins with; the commands say the option instead."""
     shown: str = ""
-    """Its value there, as Python shows it; "" where the sentence names the argument alone."""
+    """The argument's value, as Python shows it; "" where the sentence names the argument alone."""
     rest: str = ""
     """The sentence behind them."""
 
@@ -48,7 +48,7 @@ class ResultError(_Sentence, ValueError):
     position.  Names the joint, or the first such number, and the state of a batch."""
 
     state: int = 0
-    """Its number in the batch; 0 where there is one state."""
+    """The state's number in the batch; 0 where there is one state."""
 
 
 class MotionError(_Sentence, ValueError):

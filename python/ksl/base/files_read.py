@@ -54,7 +54,7 @@ class Ledger:
         return [file for file in self._by_path.values() if file is not None]
 
     def expect(self, file: str) -> None:
-        """Its place is here: what is read inside its block comes after it."""
+        """Keeps a place for this file: what is read inside its block comes after it."""
         self._by_path.setdefault(os.path.abspath(file), None)
 
     def add(self, file: InputFile, error: type[ValueError]) -> None:

@@ -102,7 +102,7 @@ def _print_formulas(console: Console, references: dict[tuple[str, str], int], no
 
 
 def _print_left_out(console: Console, left_out: Iterable[LeftOut]) -> None:
-    """The same reason on several joints is printed once."""
+    """Prints what is left out, and a reason that several joints have once."""
     together: dict[tuple[str, str, str], list[str]] = {}
     for x in left_out:
         together.setdefault((x.component, x.figure, x.why), []).append(x.joint)

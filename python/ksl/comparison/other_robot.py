@@ -93,7 +93,7 @@ class OtherRobot(ABC):
     version: str
     gravity: Array
     neutral: Array
-    """Its neutral position: that of joints which KSL doesn't have."""
+    """The robot's neutral position there, where joints are that KSL doesn't have."""
     nv: int
 
     def __init__(self, file: File) -> None:

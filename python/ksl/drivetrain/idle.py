@@ -22,7 +22,7 @@ class IdleRod:
 
 
 def idle_rods(m: Calls, part: Part) -> list[IdleRod]:
-    """Those of a part.  Their mass may be to one side of the line: they have no spin all the same, and what turns them counts for nothing."""
+    """The idle rods of a part.  Their mass may be to one side of the line: they have no spin all the same, and what turns them counts for nothing."""
     moved = {*part.joints, *part.motors, *part.followers}
     above = [(m.joint_above(body.link), body) for body in lone_bodies(m)]
     return [IdleRod(body.link, np.array(body.direction)) for joint, body in above if (joint.leader or joint.name) in moved]

@@ -149,7 +149,7 @@ class Batch:
         return sum(size for of in self.arrays() for _, size in of) * self.lanes * (8 if self.scalar == "double" else 4)
 
     def text(self) -> str:
-        """Its steps, and the loop over states."""
+        """The function in C: its steps, and the loop over states."""
         steps = self.printer.function(f"{self.prefix}steps_{self.number}")
         while not self.of_library and self.printer.blocks > 1 and self.bytes() > MOST_STACK:
             self.printer.blocks //= 2

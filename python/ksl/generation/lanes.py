@@ -89,7 +89,7 @@ REDUCE = {
   const @lanes hi = a - p, b = hi - a, lo = (((a - (hi - b)) - (p + b)) + rest) - k * -0x1.ee59dap-50f;
 """,
 }
-"""As for one state (sine_cosine.py), but that the quarters are read from the bits of a sum: to make a whole number takes more steps."""
+"""Sine and cosine as for one state (sine_cosine.py), but that quarters of a turn are read from the bits of a sum: to make a whole number takes more steps."""
 DIFFERENCE = """\
 /* x - k p, rounded once. */
 static inline @lanes @difference(@lanes x, @lanes k, @lanes p) {

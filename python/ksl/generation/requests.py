@@ -156,7 +156,7 @@ def _function_of(model: Model, asked: str, arguments: Arguments, single: bool, u
 
 
 def _request(model: Model, row: str, keywords: dict[str, Any], inputs: int) -> Any:
-    """That of the model's compiled call."""
+    """The request of the model's compiled call."""
     if not model.loops or row not in ALONG:
         return request_of(model, row, keywords, inputs)
     return request_of(model, "reactions", keywords, inputs) if row == "reactions_derivatives" else None

@@ -122,7 +122,7 @@ int main(void) {{
         return f"  {{\n{arrays}{counter}    {loop}{copies}    }}\n    {self.prefix}lanes_{f.name}({n}, {arguments});\n    {loop}{checks}    }}\n  }}\n"
 
     def served_state(self, f: Function, number: int, written: Sequence[NDArray[np.bool_]]) -> list[Numbers]:
-        """That of the number; of closed mechanisms the next one that the pivots of the plan serve, since results are NaN elsewhere."""
+        """The state of this number; of closed mechanisms the next one that the pivots of the plan serve, since results are NaN elsewhere."""
         for k in range(number, number + TRIES * STATES, STATES):
             state = self.state_of(f, k)
             if not self.model.loops or all(np.isfinite(x[to]).all() for x, to in zip(f.recording.play(state), written)):

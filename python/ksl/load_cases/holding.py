@@ -138,7 +138,7 @@ def _at(q: Array, columns: Sequence[int], x: Array) -> Array:
 
 
 def _nearest(pose: Array, q: Array, searched: Sequence[tuple[Joint, tuple[float, float]]], size: Callable[[Array], Array]) -> Array:
-    """The same quantity with joints that don't matter as in `q`, and angles without needless turns."""
+    """A pose with the same quantity, whose joints that don't matter are as in `q`, and angles without needless turns."""
     least = float(size(pose[None])[0]) * (1 - 1e-9)
     for joint, (lower, upper) in searched:
         k = joint.q_index

@@ -49,7 +49,7 @@ class Provenance:
     """When the results were made, ISO 8601, UTC."""
     versions: dict[str, str] = field(default_factory=dict)
     directory: str = ""
-    """That the names of files are relative to."""
+    """The folder that names of files are relative to."""
     extent: float = 0.0
     """How far the robot reaches, m; lengths that come later are judged by it."""
 

@@ -125,7 +125,7 @@ class PowerBalance:
     energy: Array
     """Kinetic + potential, rotors and springs included where the physics of joints names them, J."""
     energy_rate: Array
-    """Its derivative, from a spline through the samples: independent of the dynamics.  Of simulated motions it is that along their velocities
+    """The derivative of the energy, from a spline through the samples: independent of the dynamics.  Of simulated motions it is the derivative along their velocities
     and accelerations, which are exact."""
     round_off: float = 0.0
     """Power that rounding errors alone may cause, W; see `power_round_off`."""

@@ -46,7 +46,7 @@ def way_out(model: Mechanism) -> str:
 
 
 def stiffness_note(model: Mechanism) -> list[str]:
-    """That joints are taken to be rigid beside others that give way."""
+    """Says that joints are taken to be rigid beside others that give way."""
     rigid = rigid_beside(model)
     return [f"{', '.join(rigid)}: without stiffness, and therefore rigid; they take what the other joints of the loops would share"] if rigid else []
 

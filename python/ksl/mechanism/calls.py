@@ -169,7 +169,7 @@ class Calls(LoopCalls):
         self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None,
         external_axes: ExternalAxes = "link",
     ) -> Array:  # fmt: skip
-        """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
+        """Joint accelerations (…, nv) as of forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
 
         It serves to check :meth:`forward_dynamics`, with which it has no step in common.  It is slower, except for very small mechanisms.
         Composite-rigid-body algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).

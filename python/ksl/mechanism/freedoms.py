@@ -38,7 +38,7 @@ class LoneBody:
 
 
 def lone_bodies(model: Mechanism) -> list[LoneBody]:
-    """Those of a mechanism whose drives are known; none of a tree."""
+    """The lone bodies of a mechanism whose drives are known; none of a tree."""
     return [LoneBody(model.link_names[link], (x, y, z), even) for link, (x, y, z), even in model._core.lone_bodies()]
 
 

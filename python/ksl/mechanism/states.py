@@ -19,7 +19,7 @@ class OnLink(Protocol):
     """A wrench that knows its frame: :class:`ksl.Wrench`."""
 
     def on_link(self, link: str, axes: str) -> Array:
-        """Its numbers (…, 6) on a link, force first, in the axes of "link" or "world".  Raises FrameError."""
+        """The wrench's numbers (…, 6) on a link, force first, in the axes of "link" or "world".  Raises FrameError."""
 
 
 External = Mapping[str, ArrayLike | OnLink]

@@ -85,7 +85,7 @@ class LinearModel:
         return StateSpace(*self._with_outputs()) if self.dt is None else StateSpace(*self._with_outputs(), dt=self.dt)
 
     def control(self) -> Any:
-        """The same as a `control.StateSpace` with names of states, inputs and outputs, for lqr, place, step responses …; without chosen outputs, all states are.
+        """This model as a `control.StateSpace` with names of states, inputs and outputs, for lqr, place, step responses …; without chosen outputs, all states are.
 
         Needs the package control, which comes with no extra.
         """

@@ -15,7 +15,7 @@ POSITIONS = ("q", "q0", "q1")
 
 @dataclass(frozen=True)
 class Words:
-    """Those of a library."""
+    """The words of a library for what is done with its arrays."""
 
     arrays: str
     move: str

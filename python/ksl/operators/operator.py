@@ -80,7 +80,7 @@ class Operator:
         """By which compiled programs name it."""
         self.inputs: tuple[str, ...] = (*row.inputs, *["external"] * self.external, *["parameters"] * more.parameters)
         self.links: tuple[str, ...] = (more.links or tuple(model.link_names)) if more.parameters else ()
-        """Those whose parameters are an input, in its order."""
+        """The links whose parameters are an input, in its order."""
         self.widths: tuple[int, ...] = tuple(10 * len(self.links) if name == "parameters" else n for name, n in zip(self.inputs, self.core.widths))
         self.shape: tuple[int, ...] = tuple(self.core.shape)
         """The shape of the result of a state."""

@@ -25,7 +25,7 @@ class MadeFolders:
                 raise OutputError(f"{folder}: is no folder, so results can't be written there; move it away, or give another folder with -o")
 
     def keep(self) -> None:
-        """They hold results now, and stay."""
+        """The folders that were made hold results now, and stay."""
         self._made.clear()
 
     def remove_empty(self) -> None:

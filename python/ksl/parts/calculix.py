@@ -18,7 +18,7 @@ ON_LINE = 8
 
 
 def deck(part: PartLoads, head: Sequence[str], solver: Solver) -> Iterator[str]:
-    """Its lines.  The same text serves both but for rigid bodies, whose keyword has other options."""
+    """The lines of a deck.  One text serves both solvers but for rigid bodies, whose keyword has other options."""
     yield "*HEADING"
     yield f"Load cases of {part.link}"
     yield from (f"** {line}" for line in head)

@@ -18,7 +18,7 @@ OF_TWENTY = [*range(12), *range(16, 20), *range(12, 16)]
 
 
 def deck(part: PartLoads, head: Sequence[str]) -> Iterator[str]:
-    """Its lines.  Static cases; with relief, the solver itself finds the accelerations that are in balance with the loads (PARAM,INREL)."""
+    """The lines of a deck.  Static cases; with relief, the solver itself finds the accelerations that are in balance with the loads (PARAM,INREL)."""
     yield f"$ Load cases of {part.link}"
     yield from (f"$ {line}" for line in head)
     yield f"$ units: {part.units.text}; all in the axes of the part, from its origin"

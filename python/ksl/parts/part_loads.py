@@ -52,7 +52,7 @@ class Seat:
     name: str
     """Name of the wrench."""
     word: str
-    """Its name in decks."""
+    """The wrench's name in decks."""
     node: int
     point: Array
     """(3)."""

@@ -24,7 +24,7 @@ class ReportFiles:
     paper: Paper | None = None
     """The paper of report.pdf; None for no such file."""
     browser: str = ""
-    """That prints it."""
+    """The browser that prints report.pdf."""
     components: Path | None = None
     """A file for :func:`ksl.size`, whose figures are shown beside the curves of their joints."""
 

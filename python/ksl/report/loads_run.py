@@ -97,7 +97,7 @@ class Run(ComputedCases):
 
     @property
     def notes(self) -> list[str]:
-        """As of the load cases; what the pictures of the report show is not called unused, and meshes that they lack are named."""
+        """The notes of the load cases; what the pictures of the report show is not called unused, and meshes that they lack are named."""
         drawn, missing = self._pictures
         notes = [*super().notes, *missing]
         return not_of_kind(notes, Kind.VISUALS) if drawn else notes

@@ -24,7 +24,7 @@ COPIES = Kind("replicate", "elements", MJCF_COPIES, "make fewer copies")
 GRID = Kind("grid", "points", MJCF_COPIES, "make it coarser")
 USER = Kind("size", "user's numbers", HEIGHT_FIELD, "make nuser_… and nkey smaller")
 KINDS = {"hfield": FIELD, "texture": TEXTURES}
-"""Those that pictures may have, by the element."""
+"""Kinds of amounts that pictures have, by the element."""
 
 
 class Amount(NamedTuple):

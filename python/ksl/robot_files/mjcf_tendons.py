@@ -53,7 +53,7 @@ def add_force_elements(builder: Any, mj: Any, bodies: list[str], joints: list[st
 
 
 def _say_missing(mj: Any, i: int, joints: list[str], say: Callable[[str], None], what: Sequence[str] = ()) -> None:
-    """That a tendon's forces are missing, where it couples joints or bodies by more than its actuators' pull.  what: those, or all that it has."""
+    """Says that a tendon's forces are missing, where it couples joints or bodies by more than its actuators' pull.  what: those, or all that it has."""
     what = what or [word for word in _PASSIVE if _has(mj, word, i)] + (["narrow limits"] if _is_held(mj, i) else [])
     if what:
         terms = tendon_terms(mj, i)

@@ -27,7 +27,7 @@ class Event:
     joint: str | None
     """The joint; None for brakes, singular positions and functions."""
     coordinate: int | None
-    """Its index in v; the number of the function."""
+    """The joint's index in v; of an event of a function the number of the function."""
     speed: float
     """The speed of the coordinate after it, rad/s or m/s."""
 

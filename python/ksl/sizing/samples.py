@@ -84,14 +84,14 @@ class JointSamples:
     """(n): effort of the brake, as the joint feels it; NaN in load cases whose efforts drives supply.  None: all are such."""
 
     def about(self, point: Sequence[float] | Array) -> JointSamples:
-        """The same wrenches about another point, given from the joint's origin in its axes, m."""
+        """These samples with wrenches about another point, given from the joint's origin in its axes, m."""
         move = np.array(self.point) - np.asarray(point, dtype=float)
         moment = self.moment + np.cross(move, self.force) if move.any() else self.moment
         x, y, z = (float(c) for c in point)
         return replace(self, moment=moment, point=(x, y, z), undetermined=moved(self.undetermined, move))
 
     def fixed_to_parent(self, point: Sequence[float]) -> JointSamples:
-        """The same wrenches about a point of the parent, and in axes that stay with it: those of the joint where its position is zero.
+        """These samples with wrenches about a point of the parent, in axes that stay with it: the joint's axes where its position is zero.
 
         point: from the joint's origin there, m.  Of joints that turn or slide along one axis, and of fixed ones.
         """

@@ -124,7 +124,7 @@ class Sweep:
     partition: int = 0
     """Cases of one partition of the results; 0 is chosen by the sweep."""
     folder: str = ""
-    """That the names of files are relative to, from the root: workers may run elsewhere."""
+    """The folder that names of files are relative to, from the root: workers may run elsewhere."""
 
     def path(self, name: str) -> str:
         """The path of a file that the sweep names."""

@@ -22,7 +22,7 @@ class GivenModel:
     sha256: str
     """The SHA-256 of all that it is made of."""
     contents: bytes = field(repr=False)
-    """Its pickle."""
+    """The model's pickle."""
 
     @classmethod
     def of(cls, model: Model) -> GivenModel:

@@ -32,7 +32,7 @@ def evaluate(plan: Plan, partition: int) -> Result | SweepError:
 
 
 def compute(plan: Plan, partitions: Sequence[int], workers: int, address: str | None) -> Iterator[Result]:
-    """As the local engine.  address: of a cluster; None: that of the environment (RAY_ADDRESS), or a new one with `workers` processes.
+    """The results of partitions, as the local engine gives them.  address: of a cluster; None: the cluster of the environment (RAY_ADDRESS), or a new one with `workers` processes.
 
     Every machine of the cluster needs KSL and the files, under the same paths.  Raises SweepError.
     """

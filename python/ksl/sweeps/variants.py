@@ -172,7 +172,7 @@ def _turned(vector: Array, axis: tuple[float, float, float], angle: float) -> Ar
 
 
 def _faster(motion: Motion, factor: float) -> Motion:
-    """The same path in 1/factor of the time."""
+    """The motion along the same path in 1/factor of the time."""
     if factor == 1.0:
         return motion
     with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are refused

@@ -168,6 +168,6 @@ def _line(start: Array, end: Array, colour: str, width: float) -> str:
 
 
 def _triangle(points: Array, colour: str) -> str:
-    """Its edge in the same colour hides the gaps that renderers leave between neighbours."""
+    """A filled triangle, whose edge in the same colour hides the gaps that renderers leave between neighbours."""
     words = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     return f'<polygon points="{words}" fill="{colour}" stroke="{colour}" stroke-width="0.4"/>'

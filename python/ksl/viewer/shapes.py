@@ -28,7 +28,7 @@ class Shape:
     colour: Colour = GREY
 
     def moved(self, pose: Array) -> Shape:
-        """The same surface after a displacement (4, 4)."""
+        """This shape after a displacement (4, 4)."""
         return replace(self, vertices=self.vertices @ pose[:3, :3].T + pose[:3, 3])
 
 

@@ -13,7 +13,7 @@ joint_description as_tree_joint(const loop_description &loop);
 /// A joint as one that closes a loop: on its child, its frame is the link's.
 loop_description as_loop(const joint_description &joint);
 
-/// What a joint has that one that closes a loop can't have: "limit", "mimic", "dynamics".
+/// What a joint has, of what a joint that closes a loop can't have: "limit", "mimic", "dynamics".
 std::vector<std::string> lost_in_loop(const joint_description &joint);
 
 /// Which joints of a graph form a tree from its roots, the links that are no joint's child: of the joints that carry one link the first that

@@ -110,7 +110,7 @@ enum class elements_by : unsigned char {
 enum class loops_by : unsigned char {
   tree,          ///< as for the tree that carries the loops: a function of the given numbers, whatever the loops demand
   efforts,       ///< efforts of the drives
-  reactions,     ///< the same, with wrenches through joints
+  reactions,     ///< efforts of the drives, and wrenches through joints
   parts,         ///< what the efforts consist of
   steady,        ///< efforts at independent accelerations of zero
   statics,       ///< efforts at rest

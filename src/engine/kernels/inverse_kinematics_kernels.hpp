@@ -18,7 +18,7 @@ struct inverse_kinematics_kernels {
   inverse_kinematics_kernel<float> in_float;
 };
 
-/// Those of the instruction set in use.
+/// The kernels of the instruction set in use.
 const inverse_kinematics_kernels &inverse_kinematics_kernels_in_force();
 
 } // namespace ksl

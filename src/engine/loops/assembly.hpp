@@ -34,7 +34,7 @@ public:
   /// body none of whose coordinates are has no spin.
   completion complete_velocity(const double *q, const double *near, const unsigned char *given, double *x);
 
-  /// The same at the position that is set, idle bodies nearest to `near`, too.
+  /// The velocity nearest to `near` that completes the given ones, at the position that is set, idle bodies nearest to `near`, too.
   completion nearest_velocity(const double *near, const unsigned char *given, double *x) {
     return complete({nullptr, nullptr, near}, given, nullptr, x);
   }

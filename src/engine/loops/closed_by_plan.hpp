@@ -15,7 +15,7 @@ const algorithm_row &row_by_plan(loops_by);
 /// Do kernels compute such rows for the model by its plan?  elements_act: do springs, dampers or cylinders between points.
 template <class S> bool plan_suits(loops_by, const model_view<S> &, bool elements_act);
 
-/// The same of rows that are linear, which linear_by_plan.hpp computes.
+/// Do kernels compute rows by the plan that are linear in wrenches on links (linear_by_plan.hpp)?
 bool linear_suits(const algorithm_row &, const model_view<double> &);
 
 template <class S> class closed_by_plan {

@@ -18,7 +18,7 @@ public:
 
   void lay_out(arena &memory, int externals);
 
-  /// Its position is set first.
+  /// The state whose derivatives are wanted; its position is set first.
   closed_state &state() { return c_; }
 
   /// Derivatives of the efforts of drives, which must be as many as the freedoms: (nv, freedoms) each.

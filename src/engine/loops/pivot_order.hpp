@@ -33,7 +33,7 @@ struct equations_at_position {
   std::vector<double> A;    ///< as `filled`: the elements, all of them lengths
   std::vector<pivot> given; ///< that come first
   std::vector<int> rows;    ///< the others: elimination with complete pivoting has pivots in the first `rank` of them
-  std::vector<int> columns; ///< the same
+  std::vector<int> columns; ///< the others, likewise
   int rank;
 };
 

@@ -84,7 +84,7 @@ struct tables {
   using matrices_of_joints = std::vector<std::pair<int, std::array<double, 36>>>;
   /// Compliances.
   matrices_of_joints compliances;
-  /// Likewise Σ u uᵀ over their directions in which nothing resists, where there are some.
+  /// Of joints with stiffnesses: Σ u uᵀ over the directions u in which nothing resists, where there are some.
   matrices_of_joints loose;
   std::vector<int> drives;              ///< coordinates in v that have a motor, ascending
   std::vector<double> drive_scale;      ///< 1 / √weight of each

@@ -17,7 +17,7 @@ public:
   finding find(closed_state &c, const double *q, const link_list &links, const reaction_request *wanted,
                const double **found);
 
-  /// The same (…, links, 10) for each parameter, in a motion of the mechanism; a null v and a are zero.
+  /// The results (…, links, 10) for each inertial parameter of the links, in a motion of the mechanism; a null v and a are zero.
   const double *by_parameters(closed_state &c, const double *q, const double *v, const double *a);
 
 private:

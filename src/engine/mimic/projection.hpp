@@ -11,7 +11,7 @@ namespace ksl::mimic {
 
 inline constexpr std::size_t scratch_bytes = 64 << 10; ///< about the memory of the states that are expanded at a time
 
-/// The same extents in the expanded mechanism.
+/// What a user's extents are in the expanded mechanism.
 inline extents expanded(const model &m, extents of) {
   const model_view<double> view = m.view();
   of.nq = view.nq, of.nv = view.nv;

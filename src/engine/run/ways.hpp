@@ -16,7 +16,7 @@ template <class S> const way_calls<S> &calls_of(const algorithm_row &row, const 
   return calls_in(all_ways<S>, row, m);
 }
 
-/// Those of a batch: of code that was compiled for the model, if it answers.
+/// Bytes and results of a batch: by code that was compiled for the model, if it answers, and otherwise by the way of row and model.
 template <class S> std::size_t bytes_of_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
   const way_calls<S> &calls = calls_of<S>(row, m);
   return compiled::answers(row, m, batch) ? compiled::batch_bytes(calls, row, m, batch)

@@ -80,7 +80,7 @@ template <class S> S *row(const rows_view<S> &rows, std::size_t k) {
   return rows.first + static_cast<std::ptrdiff_t>(k) * rows.stride;
 }
 
-/// The same rows from k on; absent rows stay absent.
+/// The rows of an array from k on; absent rows stay absent.
 template <class S> rows_view<S> rows_from(const rows_view<S> &rows, std::size_t k) {
   return rows.first ? rows_view<S>{row(rows, k), rows.stride} : rows_view<S>{};
 }

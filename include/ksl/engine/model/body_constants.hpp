@@ -69,12 +69,12 @@ template <class P, class T> KSL_LANES spatial_inertia<P> own_inertia(const model
     return spread<P>(bodies_at<scalar_of<T>, scalar_of<T>>{k.i}.template get<spatial_inertia>(model.inertia));
 }
 
-/// That of body i.
+/// The own inertia of body i.
 template <class T> KSL_LANES spatial_inertia<T> own_inertia(const model_view<scalar_of<T>> &model, int i) {
   return own_inertia(model, body_at<T>(i));
 }
 
-/// Its mass.
+/// The own mass of body i.
 template <class S> KSL_LANES S own_mass(const model_view<S> &model, int i) {
   return numbers_of<10>(model.inertia, i)[0];
 }

@@ -25,13 +25,13 @@ template <class T, class S> KSL_LANES T friction_at(const T &v, const S &width) 
   return v / math<T>::sqrt(v * v + T(width * width));
 }
 
-/// Its derivative by v: w² / (v² + w²)^(3/2).
+/// The derivative of the law of friction by v: w² / (v² + w²)^(3/2).
 template <class T, class S> KSL_LANES T friction_slope(const T &v, const S &width) {
   const T square = v * v + T(width * width);
   return T(width * width) / (square * math<T>::sqrt(square));
 }
 
-/// Its second derivative by v: −3 w² v / (v² + w²)^(5/2).
+/// The second derivative of the law of friction by v: −3 w² v / (v² + w²)^(5/2).
 template <class T, class S> KSL_LANES T friction_curvature(const T &v, const S &width) {
   const T square = v * v + T(width * width);
   return T(S(-3) * width * width) / square * (v / square) / math<T>::sqrt(square); // in this order nothing underflows

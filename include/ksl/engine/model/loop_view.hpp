@@ -18,7 +18,7 @@ enum class loop_turns : int {
 
 /// A joint that closes a loop, between two bodies.  Equations of translation come first.
 ///
-/// Its lists are parts of arrays of the view, which have those of all joints one after the other:
+/// The loop's lists are parts of arrays of the view, which have the lists of all loops one after the other:
 ///
 ///     ground ─ … ─ common ─┬─ … ─ successor     column, pitch, own   [ … | successor's side | predecessor's side | … ]
 ///                          └─ … ─ predecessor                            ↑ begin            ↑ middle             ↑ end
@@ -38,7 +38,7 @@ template <class T> struct closing_joint {
   int columns_begin, columns_middle, columns_end;
   int own_begin; ///< where the columns begin that move the successor relative to its parent; they end at columns_middle
   int elements_begin, elements_end; ///< in loop_view::element
-  /// the same of the joints that its wrench passes through, in loop_view::through
+  /// where the joints begin that its wrench passes through, those of the predecessor's side, and where they end, in loop_view::through
   int through_begin, through_middle, through_end;
   int mixed;      ///< of a helical joint: which equation has a moment beside its force; −1 for others
   vec3<T> turn;   ///< this moment

@@ -39,7 +39,7 @@ template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const 
 ///
 ///     M,   K = H − M t̃,   I + t̃ K + (t̃ H)ᵀ.                                                                      (2)
 ///
-/// It is computed one row of H at a time, so that the intermediate values fit into the registers.  147 flops.
+/// The sum is computed one row of H at a time, so that the intermediate values fit into the registers.  147 flops.
 template <class T>
 KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &D_inverse,
                                 const vec3<T> &t, articulated_inertia<T> &sum) {

@@ -40,7 +40,7 @@ private:
   index pitch_;
 };
 
-/// The same elements one after the other, row by row, without gaps: the lower triangle in compressed sparse rows.
+/// The elements that tree_rows has, one after the other, row by row, without gaps: the lower triangle in compressed sparse rows.
 template <class T> class compressed_rows {
 public:
   compressed_rows(const model_view<scalar_of<T>> &model, T *first) : first_(first), row_(model.tree_row) {}

@@ -84,7 +84,7 @@ class Shape:
     uri: str = ""
     scale: Array = field(default_factory=lambda: np.ones(3))
     name: str = ""
-    """As the file has it, for what its words tell."""
+    """The name that the file gives the shape, for what its words tell."""
 
 
 @dataclass

@@ -185,7 +185,7 @@ class CardCall:
 
 
 def of_links(call: str, functions: Sequence[CardFunction], besides: dict[str, Any]) -> list[CardFunction]:
-    """Those that take wrenches on the links that a call names, and parameters of them."""
+    """The functions that take wrenches on the links that a call names, and their parameters."""
     for kind, given in besides.items():
         if given is not None and not isinstance(given, Mapping):
             raise ArgumentError(f"{call}: {kind} is {type(given).__name__}; expected {{link: (…, {OF_LINKS[kind][0]})}}, arrays on the card")

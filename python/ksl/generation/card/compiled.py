@@ -41,7 +41,7 @@ def compiled_for_card(model: Model, algorithms: Sequence[str], scalar: Literal["
 
 
 def _kernels(model: Model, algorithms: Sequence[str], scalar: Literal["double", "float"], arguments: Arguments) -> tuple[str, list[Kernel]]:
-    """Their text, and what each algorithm's takes: of rows, and of runs."""
+    """The text of all kernels, of rows and of runs, and what the kernel of each algorithm takes."""
     methods = {asked: _method(asked) for asked in algorithms if asked.partition(":")[0] == RUNS}
     if not methods:
         return kernels(model, algorithms, scalar, arguments)
@@ -67,7 +67,7 @@ def _kernels(model: Model, algorithms: Sequence[str], scalar: Literal["double", 
 
 
 def _method(asked: str) -> str:
-    """That of runs.  Raises ArgumentError for others than kernels have."""
+    """The method of runs that is asked for.  Raises ArgumentError for one that kernels don't have."""
     method = asked.partition(":")[2] or METHODS[0]
     if method not in METHODS:
         raise ArgumentError(f"algorithms: {asked}: runs on a card go by {' or '.join(METHODS)}: {RUNS}, or {RUNS}:{METHODS[1]}")

@@ -43,7 +43,7 @@ class Code:
         return function.value
 
     def _module(self, card: int) -> int:
-        """It stays loaded: a kernel may still run."""
+        """The compiled module on a card.  It stays loaded: a kernel may still run."""
         with self._lock:
             if card not in self._modules:
                 module = c_void_p()

@@ -119,7 +119,7 @@ def _steps(times: Any, step: Any, most: Any) -> tuple[np.ndarray, list[tuple[int
 
 
 def _of_each_run(efforts: CardArray) -> CardArray:
-    """Those of each run (…, 1, nv) as rows (…, nv); (nv) is of all runs."""
+    """Efforts of each run (…, 1, nv) as rows (…, nv); efforts (nv) are those of all runs."""
     if len(efforts.shape) == 1:
         return efforts
     if efforts.shape[-2] != 1:

@@ -46,7 +46,7 @@ class Kernel:
 
     name: str
     function: Function
-    """Its row, its request and what it computes."""
+    """The row that the kernel computes, its request and its steps."""
     inputs: tuple[tuple[str, int], ...]
     """Names, and how many numbers a state has of each."""
     results: tuple[tuple[str, tuple[int, ...]], ...]
@@ -57,7 +57,7 @@ class Kernel:
     coalesced: bool
     """Is it `NAME_soa`?"""
     scalars: int = 0
-    """It takes so many numbers besides that of states, and arrays."""
+    """How many numbers it takes besides arrays and the number of states."""
 
 
 def kernels(

@@ -33,7 +33,7 @@ LIBRARIES = ("libnvrtc.so.13", "libnvrtc.so.12") if sys.platform != "win32" else
 SHOWN_LINES = 6
 """So many of what it says are shown."""
 INVALID_OPTION = 5
-"""Its status for options that it doesn't know, architectures included."""
+"""The status of NVRTC for options that it doesn't know, architectures included."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 METHODS = ("semi_implicit_euler", "rk4")
-"""Those that kernels have, as `m.simulate` names them."""
+"""Methods of simulation that kernels have, as `m.simulate` names them."""
 
 
 @dataclass(frozen=True)

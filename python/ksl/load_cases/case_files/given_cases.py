@@ -58,7 +58,7 @@ def placement_of(model: Model, on: Side, at: PointsGiven, axes: str, order: Orde
 
 
 def checked(model: Model, placement: Placement) -> Placement:
-    """The same placement, with joints by their plain names.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
+    """The placement that is given, with joints by their plain names.  Raises ValueError for unknown sides, points, axes, orders and joints, and for points of joints that aren't wanted."""
     points = {_plain(model, "at", joint): point for joint, point in placement.points.items()}
     placement = replace(placement, points=points, joints=tuple(_plain(model, "joints", joint) for joint in placement.joints))
     for joint in points:

@@ -142,7 +142,7 @@ def simulated_motion(
 
 
 def _started(how: Simulated, followed: Motion | None, begin: float) -> list[str]:
-    """That a motion is not followed, where one is given."""
+    """Says that a motion is not followed, where one is given."""
     if followed is None or how.controller in FOLLOWING:
         return []
     what = "no drive has effort" if how.controller == "none" else "the drives hold the weight alone"
@@ -166,7 +166,7 @@ def _left_out(model: Model, how: Simulated) -> list[str]:
 
 
 def _at_rest(model: Model, run: Simulation) -> list[str]:
-    """That efforts are not those of drives alone where joints lie on their limits."""
+    """Says that efforts are not those of drives alone where joints lie on their limits."""
     rests = [e for e in run.events if e.what == "rest" and e.joint and not _is_passive(model, e.joint)]
     if not rests:
         return []
@@ -176,7 +176,7 @@ def _at_rest(model: Model, run: Simulation) -> list[str]:
 
 
 def _at_passive_joints(model: Model, how: Simulated, run: Simulation) -> list[str]:
-    """That stops, brakes and dry friction at joints of loops without a drive are told as efforts of the drives, and that wrenches are those of such drives."""
+    """Says that stops, brakes and dry friction at joints of loops without a drive are told as efforts of the drives, and that wrenches are those of such drives."""
 
     def having(what: str, given: Numbers | None) -> dict[str, str]:
         names = given if isinstance(given, Mapping) else model.joint_names if given else ()

@@ -28,7 +28,7 @@ class WrenchOverTime:
     axes: str = "link"
     """link, world, or the name of a frame."""
     point: Sequence[float] = (0.0, 0.0, 0.0)
-    """That moments are about and at which the force acts, in the link's frame, m."""
+    """The point at which the force acts and about which the moment is, in the link's frame, m."""
 
     def at(self, time: Array) -> Array:
         """The wrench (m, 6) at these times, in its own axes, about its own point."""

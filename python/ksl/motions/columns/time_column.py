@@ -34,7 +34,7 @@ _DATES = (9.4e8, 4.2e9)
 class TimeColumn:
     name: str
     unit: str
-    """As the file says it; empty where it says nothing."""
+    """The unit as the file says it; empty where it says nothing."""
     scale: float = 1.0
     """The scale that a map gives; the result is in the unit."""
     nanoseconds: str = ""

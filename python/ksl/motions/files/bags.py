@@ -38,7 +38,7 @@ MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 """
-"""It has never changed, so that what a file says of it is not needed: parsers of such texts can be made to run for hours."""
+"""The definition of the message.  It has never changed, so that what a file says of it is not needed: parsers of such texts can be made to run for hours."""
 TRUNCATED = "truncated or damaged"
 
 

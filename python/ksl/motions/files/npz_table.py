@@ -76,7 +76,7 @@ class _Announced:
     size: int
     dtype: np.dtype[np.generic]
     first: str
-    """Its first value as text, if it is short, or else its type; empty for numbers."""
+    """The array's first value as text, if it is short, or else its type; empty for numbers."""
     small: NDArray[np.generic] | None = None
     """The array, if it is small: then it is not opened a second time."""
 

@@ -51,7 +51,7 @@ class _Arc(NamedTuple):
     asset: str
     """Empty for the layers that have it."""
     path: str
-    """That of its target; empty for the default prim."""
+    """The path of the arc's target; empty for the default prim."""
     below: str
     """What is taken below the target: of an arc above the prim that is asked for."""
     variants: frozenset[tuple[str, str]]

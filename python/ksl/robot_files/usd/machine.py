@@ -26,7 +26,7 @@ class Machine:
     """What a stage says: plain data, which goes from one process to another."""
 
     name: str
-    """That of the default prim; empty without one."""
+    """The name of the default prim; empty without one."""
     gravity: list[float]
     bodies: list[Body]
     connections: list[Connection]
@@ -130,7 +130,7 @@ class _Trap:
             self.trap.__exit__(None, None, None)
 
     def lines(self) -> list[str]:
-        """Its messages so far, without repetitions."""
+        """The messages of USD so far, without repetitions."""
         if self.trap is None:
             return []
         found = [*self.kept.GetErrors(), *self.kept.GetWarnings()]

@@ -77,7 +77,7 @@ def _cylinder(radius: float, height: float) -> _AboutAxis:
 
 
 def _cone(radius: float, height: float) -> _AboutAxis:
-    """Its tip is at + height / 2, its centroid a quarter of the height above the base."""
+    """A cone, whose tip is at + height / 2, its centroid a quarter of the height above the base."""
     volume = math.pi * radius**2 * height / 3
     return volume, -height / 4, volume * (3 / 20 * radius**2 + 3 / 80 * height**2), volume * 3 / 10 * radius**2
 

@@ -61,7 +61,7 @@ def fault_of(key: Key, numbers: Sequence[float]) -> str:
 
 
 def in_millimetres(key: Key, numbers: Sequence[float]) -> str:
-    """That a length was most likely meant in millimetres; empty if not."""
+    """Says that a length was most likely meant in millimetres; empty if not."""
     largest = max((abs(v) for v in numbers if math.isfinite(v)), default=0.0)
     if key.unit != "m" or largest < (LARGEST_DIAMETER if "diameter" in key.name else FARTHEST):
         return ""

@@ -36,7 +36,7 @@ class Offer:
     mass: float
     price: float | None
     size: str
-    """As the maker calls it; it is shown and not used."""
+    """The size as the maker calls it; it is shown and not used."""
     values: Mapping[str, Any]
     path: tuple[str | int, ...]
 

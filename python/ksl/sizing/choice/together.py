@@ -22,7 +22,7 @@ class Together:
     names: tuple[str, ...]
     """The least combination that holds, an entry for each request; empty where none was looked for, or none was found."""
     total: float
-    """Its mass, kg, or its price."""
+    """The mass of this combination, kg, or its price."""
     joint_by_joint: float
     """The total of the choice joint by joint."""
     by: str

@@ -51,7 +51,7 @@ class Sizing:
     clouds: tuple[Cloud, ...] = ()
     """Torque over speed of each motor."""
     in_order: tuple[Figure, ...] = ()
-    """The same figures as they are computed: components in the order of the file, each from loads to verdicts."""
+    """All figures in the order in which they are computed: components in the order of the file, each from loads to verdicts."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Version, date, files with their SHA-256, cases with repetitions."""
     selection: Selection | None = None

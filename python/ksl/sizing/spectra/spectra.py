@@ -120,7 +120,7 @@ class Spectra:
 
     @property
     def left_open(self) -> tuple[str, ...]:
-        """Those of radial, axial and tilting that rigid bodies leave open: their numbers are those of least norm."""
+        """Which of the loads radial, axial and tilting rigid bodies leave open: their numbers are those of least norm."""
         found = self.samples.open_quantities() if self.samples.undetermined else []
         return tuple(name for name, quantity in QUANTITIES.items() if quantity in found)
 

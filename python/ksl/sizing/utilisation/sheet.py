@@ -64,7 +64,7 @@ class Sheet:
 
     @property
     def moves_along(self) -> str:
-        """That the component moves with the child, where it might be fixed to the parent and that isn't said."""
+        """Says that the component moves with the child, where it might be fixed to the parent and that isn't said."""
         joint = self.samples.joint
         if not joint.driven or "on" in self.part.values:
             return ""

@@ -61,7 +61,7 @@ template <class T> struct pair_derivatives {
   coscrew<T> turned;      ///< g of (6)
   coscrew<T> effort_by_v; ///< h of (6), for efforts of z by v_u and another coordinate
   coscrew<T> by_qq; ///< the wrench through joint z by q_u and q_z (7), for efforts of coordinates that u displaces
-  coscrew<T> by_qq_beyond;        ///< the same for efforts of coordinates that carry u: S_u ×* ∂f_z is added
+  coscrew<T> by_qq_beyond;        ///< by_qq for efforts of coordinates that carry u: S_u ×* ∂f_z is added
   coscrew<T> by_vv;               ///< by v_u and v_z
   coscrew<T> by_qv, by_qv_beyond; ///< by q_u and v_z, likewise
   coscrew<T> by_vq;               ///< by v_u and q_z

@@ -235,7 +235,7 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
   forward_motions(model, w, ground_motion<T>(model).acceleration, q, v, a, external);
 }
 
-/// The same numbers in all lanes of P; unrolled, as body_lanes::read_all.
+/// Writes n numbers to all lanes of P; unrolled, as body_lanes::read_all.
 template <int n, class T, class P> KSL_LANES void spread_all(const T *from, P *to) {
   if constexpr (n > 0) {
     spread_all<n - 1>(from, to);

@@ -609,7 +609,7 @@ void closed_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
     dtau_dq[0] = dtau_dv[0] = dtau_da[0] = T(scalar_of<T>(__builtin_nan("")));
 }
 
-/// Those of vary_accelerations.
+/// Derivatives of the accelerations: see vary_accelerations.
 template <class T>
 void closed_forward_dynamics_derivatives(const model_view<scalar_of<T>> &model,
                                          const closed_forward_dynamics_derivatives_workspace<T> &w, const T *q,

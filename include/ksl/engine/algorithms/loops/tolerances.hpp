@@ -19,7 +19,7 @@ namespace ksl::loop_tolerance {
 // Positions, in lengths.
 inline constexpr double closed = 1e-12;                          ///< equations of loops are solved
 inline constexpr double accepted = 1e-6, accepted_single = 1e-3; ///< states of a call are closed
-inline constexpr double corrected = 1e-2; ///< the same where their errors are corrected (stabilise=)
+inline constexpr double corrected = 1e-2; ///< states of a call are closed where their errors are corrected (stabilise=)
 /// frames are meant to be exact: half of the fourth decimal of an angle, rad
 inline constexpr double few_digits = 5e-5;
 inline constexpr double nearly_moves = 2e-2; ///< frames of a mechanism that nearly moves: they are named

@@ -14,7 +14,7 @@ template <> struct joint<joint_kind::cylindrical> : several_axes_joint<5, 2> {
   static constexpr velocity_number velocities[] = {{"angle.v", "angle.a", "angle", "rad"},
                                                    {"travel.v", "travel.a", "travel", "m"}};
 
-  /// As of a joint with one axis: the frame is canonical, with z along the axis.
+  /// The body's pose, in a canonical frame as that of a joint with one axis: z is along the axis.
   template <class T>
   static KSL_LANES axis_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {
     axis_pose<T> D = {b, w.rotation(b), spread<T>(b.placement.t)};

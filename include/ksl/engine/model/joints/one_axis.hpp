@@ -131,7 +131,7 @@ template <bool turns, bool slides> struct one_axis_joint {
   template <class T> static void integrate(const T *q, const T *dv, T *out) { out[0] = q[0] + dv[0]; }
   template <class T> static void difference(const T *q0, const T *q1, T *dv) { dv[0] = q1[0] - q0[0]; }
 
-  /// Their derivatives, as blocks of matrices whose rows lie `stride` numbers apart.  A position changes along q ⊕ s e_k.
+  /// Derivatives of integrate and difference, as blocks of matrices whose rows lie `stride` numbers apart.  A position changes along q ⊕ s e_k.
   /// integrate_jacobians: of q ⊕ dv by q and by dv.  difference_jacobians: of dv = q1 ⊖ q0 by q0 and by q1.
   template <class T> static void integrate_jacobians(const T *, T *by_q, T *by_dv, int) { by_q[0] = by_dv[0] = T(1); }
   template <class T> static void difference_jacobians(const T *, T *by_q0, T *by_q1, int) {
