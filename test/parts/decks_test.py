@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bricks import bar
-from swinging_bar import MASS, RHO, SIZE, bar_cases
+from swinging_bar import MASS, RHO, SIZE, bar_cases, bar_model
 
 import ksl
+from ksl.parts.nastran import _number
 from ksl.parts.part_loads import DeckOptions
 from ksl.parts.units import Material
 
@@ -212,6 +213,7 @@ BAD = {
     "too near": ({"radius": {"hinge": 0.001}}, "no face of the surface has all its nodes within 0.001 m of hinge; its point is .* m from the nearest node"),
     "one set of two rigid bodies": ({"sets": {"hinge": "root", "tip": "root"}, "coupling": "rigid"}, "hinge and tip act on the same nodes"),
     "all nodes": ({"sets": {"hinge": "solid", "tip": "tip"}}, "the sets take all nodes but 0"),
+    "a set of no wrench": ({"sets": SETS | {"hing": "root"}}, "sets: the parts: no wrench named 'hing'; did you mean 'hinge'"),
     "units": ({"units": "inch"}, "units='inch'; expected one of 'm-kg-s', 'mm-t-s'"),
     "MPa": ({"material": Material(210000.0)}, "young=210000 Pa is less than rubber has; is it in MPa"),
     "t/mm³": ({"material": Material(density=7.85e-9)}, "is it in t/mm³"),
@@ -253,3 +255,19 @@ def test_meshes_of_links_without_free_body(tmp_path):
         bar_cases().write(tmp_path, "calculix", {"rod": "rod.inp"})
     with pytest.raises(ksl.PartError, match="'ansys' is none of calculix, abaqus, nastran; users of other programs import free_bodies.csv"):
         bar_cases().write(tmp_path, "ansys")
+
+
+def test_a_load_case_without_a_wrench_of_two_with_one_name_keeps_the_other(tmp_path):
+    """A payload and a wrench of the environment on one link have its name: where the second is missing the deck still has the first."""
+    still = np.zeros((2, 1))
+    cases = []
+    for name, external in (("free", None), ("pushed", {"tip": np.array([3.0, 0, 0, 0, 0, 0])})):
+        run = ksl.compute_loads(bar_model(), (np.array([0.0, 1.0]), still, still, still), payloads={"tip": (2.0, (0, 0, 0))}, external=external)
+        cases.append(replace(run.cases[0], name=name))
+    ksl.free_bodies(ksl.compute_loads(run.model, cases=cases), times=[0], links=["bar"]).write(tmp_path, "abaqus")
+    loads = cards((tmp_path / "bar_abaqus.inp").read_text())["*CLOAD, OP=NEW"]  # of both steps
+    assert len([float(x) for _, dof, x in loads if dof == "3" and np.isclose(float(x), -2 * 9.81)]) == 2, loads
+
+
+def test_numbers_of_nastran_have_sixteen_characters():
+    assert [len(_number(x)) for x in (-1.5, -1e-120, 5e-324, -9.9e98)] == [16] * 4 and float(_number(-1e-120)) == 0

@@ -136,7 +136,21 @@ def test_stresses_of_sections_beside_those_of_wrenches(run):
     assert set(both[0].bodies) == {link, "panda_link6"}
 
 
+def test_factors_are_in_the_axes_of_the_part(run):
+    """Those of the same stress in the link's axes and in those of a part choose the same sample."""
+    link, pose = "panda_link3", ksl.Pose.from_rpy((0.1, 0, 0), (0.4, -1.1, 2.0))
+    factor = np.array([[0, 10.0, 0, 2e5, 0, -3e4]])
+    R = np.asarray(pose.matrix)[:3, :3]
+    plain = ksl.free_bodies(run, stress={link: {"panda_joint3": factor}})
+    (case,) = ksl.free_bodies(run, stress={link: {"panda_joint3": np.c_[factor[:, :3] @ R, factor[:, 3:] @ R]}}, frames={link: pose})
+    wrench = next(w.wrench for w in case.bodies[link].wrenches if w.name == "panda_joint3")
+    assert case.time == plain[0].time and case.time != ksl.free_bodies(run, stress={link: {"panda_joint3": factor}}, frames={link: pose})[0].time
+    np.testing.assert_allclose(wrench @ np.r_[factor[0, :3] @ R, factor[0, 3:] @ R], plain[0].bodies[link].wrenches[0].wrench @ factor[0], rtol=1e-9)
+
+
 BAD = {
+    "two links of one body": ({"frames": {"panda_link7": np.eye(4), "panda_flange": np.eye(4)}}, "frames: panda_link7 and panda_flange are links of one body"),
+    "stresses of two": ({"stress": {"panda_flange": [1], "panda_link7": [1]}}, "stress: panda_flange and panda_link7 are links of one body, panda_link7"),
     "another instant": ({"instants": "peak"}, "instants='peak'; did you mean 'peaks'"),
     "two": ({"instants": "hull", "times": [1]}, "times and instants: each says which instants"),
     "no motion then": ({"times": [99]}, "times: no motion at 99 s; panda_pick lasts from 0 s to"),

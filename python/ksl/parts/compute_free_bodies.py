@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -50,7 +50,7 @@ def free_bodies(
     * instants="peaks", the default: where each component of each joint is largest, over all load cases; repeated ones are merged.
       joints: only of these; by default all joints of `links` that aren't welded inside them;
     * stress={link: factors}: `most` cases that keep as large a share as can be of all combinations of some stresses, which are linear in the
-      link's wrenches: (stresses, 6 × wrenches) in the order of its `wrenches`, or {wrench: (stresses, 6)}.  Few stresses need few cases;
+      link's wrenches: (stresses, 6 × wrenches) in the order of its `wrenches`, or {wrench: (stresses, 6)}, in the axes of the free body, those of the part with `frames`;
     * sections={link: [(point, normal), …]}: the same for the six loads of plane sections (:meth:`ksl.Model.section_wrench`), beside `stress` or alone.  A section may
       be a mapping with point, normal, that method's share and beyond, and factors (stresses, 6): then its stresses count, 1 to 6 of them, and not its six loads;
     * instants="hull": the same for whatever is linear in all wrenches of each of `links`: of smooth motions nearly every sample is needed.
@@ -76,12 +76,13 @@ def free_bodies(
         raise ArgumentError(f"most={most!r}; expected a number of cases, 1 or more")
     stressed = [name for of in (stress, sections) if isinstance(of, Mapping) for name in of]
     bodies = _bodies(moved[0], dict.fromkeys(stressed), "stress" if stress else "sections") if links is None and stressed else _bodies(moved[0], links)
-    chosen = _chosen(moved, bodies, times, instants, joints, stress, sections, most)
-    poses = {} if frames is None else dict(_in_body(moved[0], link, pose) for link, pose in given.mapping(frames, "frames", "{link: pose (4, 4)}"))
+    poses = {} if frames is None else _of_bodies(moved[0], given.mapping(frames, "frames", "{link: pose (4, 4)}"), "frames")
+    in_bodies = {top: _in_body(moved[0], link, pose, top) for top, (link, pose) in poses.items()}
+    chosen = _chosen(moved, bodies, times, instants, joints, stress, sections, most, in_bodies)
     made = []
     for (i, k), why in sorted(chosen.why.items()):
         found = moved[i].only(k).free_bodies(0, bodies)
-        shown = {top: body.in_frame(poses[top]) if top in poses else body for top, body in found.items()}
+        shown = {top: body.in_frame(in_bodies[top]) if top in in_bodies else body for top, body in found.items()}
         made.append(FreeBodyCase(float(moved[i].time[k]), moved[i].case, shown, tuple(dict.fromkeys(why))))
     doubts = _doubts(moved[0], frames or {}, sections or {})
     return FreeBodyCases(made, dict(chosen.shares), (*doubts, *chosen.notes, *_open_notes(made)), _made_of(moved, results))
@@ -103,15 +104,15 @@ def _bodies(moved: Moved, links: Iterable[str] | None, argument: str = "links") 
 
 def _chosen(
     moved: Sequence[Moved], bodies: Sequence[str], times: Iterable[float] | None, instants: Instants | None, joints: Iterable[str] | None,
-    stress: Mapping[str, Factors] | None, sections: Mapping[str, Sequence[Section]] | None, most: int | None,
+    stress: Mapping[str, Factors] | None, sections: Mapping[str, Sequence[Section]] | None, most: int | None, poses: Mapping[str, Array],
 ) -> Chosen:  # fmt: skip
     if times is not None:
         return at_times(moved, np.atleast_1d(given.numbers(list(times) if isinstance(times, Iterable) else times, "times")).tolist())
     if stress is not None or sections is not None:
         chosen = Chosen()
         if stress is not None:
-            by_link = given.mapping(stress, "stress", "{link: factors on its wrenches}")
-            of_stress(chosen, moved, {_bodies(moved[0], [link], "stress")[0]: factors for link, factors in by_link}, most)
+            by_body = _of_bodies(moved[0], given.mapping(stress, "stress", "{link: factors on its wrenches}"), "stress")
+            of_stress(chosen, moved, {top: factors for top, (_, factors) in by_body.items()}, most, {top: pose[:3, :3] for top, pose in poses.items()})
         if sections is not None:
             of_sections(chosen, moved, given.mapping(sections, "sections", "{link: [(point, normal), …]}"), most)
         return chosen
@@ -135,11 +136,23 @@ def _joints_named(moved: Moved, joints: Iterable[str]) -> list[str]:
     return found
 
 
-def _in_body(moved: Moved, link: str, pose: given.PoseLike) -> tuple[str, Array]:
+def _of_bodies(moved: Moved, by_link: Iterable[tuple[str, Any]], argument: str) -> dict[str, tuple[str, Any]]:
+    """{topmost link: (link, what is given for it)}.  Raises ArgumentError where two links are of one body."""
+    found: dict[str, tuple[str, Any]] = {}
+    for link, x in by_link:
+        top = _bodies(moved, [link], argument)[0]
+        if top in found:
+            raise of_argument(
+                ArgumentError, argument, f": {found[top][0]} and {link} are links of one body, {top}; give one of them, or take welded links apart"
+            )
+        found[top] = (link, x)
+    return found
+
+
+def _in_body(moved: Moved, link: str, pose: given.PoseLike, top: str) -> Array:
     """A part's frame, given in a link's, in the frame of the topmost link that it is welded to."""
-    top = _bodies(moved, [link], "frames")[0]
     in_link = np.reshape(given.pose(pose, f"frames of {link}", link), (4, 4))
-    return top, moved.model.relative_pose(moved.q[0], f"link:{name_among(moved.model.link_names, link, 'link')}", f"link:{top}") @ in_link
+    return np.asarray(moved.model.relative_pose(moved.q[0], f"link:{name_among(moved.model.link_names, link, 'link')}", f"link:{top}") @ in_link)
 
 
 def _doubts(moved: Moved, frames: Mapping[str, given.PoseLike], sections: Mapping[str, Sequence[Section]]) -> list[str]:

@@ -84,10 +84,16 @@ def of_hull(moved: Sequence[Moved], links: Sequence[str], most: int | None) -> C
     return chosen
 
 
-def of_stress(chosen: Chosen, moved: Sequence[Moved], stress: Mapping[str, Factors], most: int | None) -> None:
-    """Adds few samples that keep a share of all combinations of the stresses (k) that factors give of a link's wrenches."""
+def of_stress(chosen: Chosen, moved: Sequence[Moved], stress: Mapping[str, Factors], most: int | None, axes: Mapping[str, Array] = {}) -> None:
+    """Adds few samples that keep a share of all combinations of the stresses (k) that factors give of a link's wrenches.
+
+    axes: {link: (3, 3)}, those of the part in the link's, of links whose factors are in the axes of a part.
+    """
     for link, factors in stress.items():
         vectors = _vectors(moved, link)
+        if link in axes:
+            turn = np.kron(np.eye(2), axes[link])
+            vectors = [{name: w @ turn for name, w in of.items()} for of in vectors]
         by_name = _factors(link, factors, vectors[0])
         rows = [
             sum((w @ by_name[name].T for name, w in of.items() if name in by_name), np.zeros((len(m.time), 1))) for m, of in zip(moved, vectors, strict=True)

@@ -108,8 +108,8 @@ def _grid(number: int, x: Array) -> str:
 
 
 def _number(x: float) -> str:
-    """16 characters, ten digits."""
-    return f"{x:16.9E}"
+    """16 characters, ten digits; what would need three digits of exponent is zero in any unit."""
+    return f"{x if abs(x) > 1e-99 else 0.0:16.9E}"
 
 
 def _small(card: str, *words: object) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Literal
@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.base.errors import PartError, unknown_name
+from ksl.base.errors import PartError, of_argument, unknown_name
 from ksl.base.printable import one_line
 from ksl.mechanism.lengths import far
 from ksl.mechanism.requests import one_of
@@ -113,7 +113,9 @@ def part_loads(cases: Cases, link: str, mesh: Mesh | None, options: DeckOptions)
     density = _density(bodies[0], mesh, material, units, link)
     seats = _seats(link, bodies, mesh, options, units)
     titles = [one_line(f"{link} {i}: {case.case} at {case.time:.6g} s, {case.reason}") for i, case in enumerate(cases, 1)]
-    made = tuple(_case(title, body, seats, mesh, density, units, options.relief) for title, body in zip(titles, bodies, strict=True))
+    named = _names(bodies)
+    at_seats = [[named[seat.name][i] for seat in seats] for i in range(len(bodies))]
+    made = tuple(_case(*of, seats, mesh, density, units, options.relief) for of in zip(titles, bodies, at_seats, strict=True))
     holding = () if mesh is None else _holding(mesh, seats)
     notes = tuple(_notes_of_mesh(link, bodies[0], made, mesh, density, units) if mesh else _notes_without(link, bodies, options.radius))
     return PartLoads(link, units, material, density, seats, made, mesh, holding, options.coupling, options.relief, notes)
@@ -155,19 +157,17 @@ def _reach(bodies: Sequence[FreeBody]) -> float:
 
 
 def _names(bodies: Sequence[FreeBody]) -> dict[str, list[PartWrench | None]]:
-    """{name of a wrench: of each case}; those that are zero in all are left out."""
+    """{name of a wrench: of each case}."""
     keys = list(dict.fromkeys((w.kind, w.name) for body in bodies for w in body.wrenches))
     names = [name for _, name in keys]
-    found: dict[str, list[PartWrench | None]] = {}
-    for kind, name in keys:
-        of_cases = [next((w for w in body.wrenches if (w.kind, w.name) == (kind, name)), None) for body in bodies]
-        if any(w is not None and w.wrench.any() for w in of_cases):
-            found[name if names.count(name) == 1 else f"{kind} {name}"] = of_cases
-    return found
+    return {
+        name if names.count(name) == 1 else f"{kind} {name}": [next((w for w in body.wrenches if (w.kind, w.name) == (kind, name)), None) for body in bodies]
+        for kind, name in keys
+    }
 
 
 def _seats(link: str, bodies: Sequence[FreeBody], mesh: Mesh | None, options: DeckOptions, units: Units) -> tuple[Seat, ...]:
-    named = _names(bodies)
+    named = {name: of_cases for name, of_cases in _names(bodies).items() if any(w is not None and w.wrench.any() for w in of_cases)}
     node = 90_000_001 if mesh is None else int(mesh.numbers.max()) + 1
     seats: list[Seat] = []
     for name, of_cases in named.items():
@@ -209,13 +209,14 @@ def _carrying(link: str, name: str, point: Array, mesh: Mesh, options: DeckOptio
     return faces, nodes
 
 
-def _case(title: str, body: FreeBody, seats: Sequence[Seat], mesh: Mesh | None, density: float, units: Units, relief: bool) -> DeckCase:
-    rows, named = np.zeros((len(seats), 6)), _names([body])
-    for i, seat in enumerate(seats):
-        for w in named.get(seat.name, ()):
-            if w is not None:
-                force, moment = w.wrench[:3] * units.force, w.wrench[3:] * units.moment
-                rows[i] = np.concatenate([force, moment + np.cross(w.point * units.length - seat.point, force)])
+def _case(
+    title: str, body: FreeBody, at_seats: Sequence[PartWrench | None], seats: Sequence[Seat], mesh: Mesh | None, density: float, units: Units, relief: bool
+) -> DeckCase:
+    rows = np.zeros((len(seats), 6))
+    for i, (seat, w) in enumerate(zip(seats, at_seats, strict=True)):
+        if w is not None:
+            force, moment = w.wrench[:3] * units.force, w.wrench[3:] * units.moment
+            rows[i] = np.concatenate([force, moment + np.cross(w.point * units.length - seat.point, force)])
     fall, spin, turn = (body.gravity_field - body.acceleration) * units.length, body.angular_velocity, body.angular_acceleration
     if mesh is None:
         return DeckCase(title, rows, fall, spin, turn, np.zeros(6))
@@ -283,3 +284,12 @@ def check_links(cases: Cases, meshes: Mapping[str, object]) -> None:
     for link in meshes:
         if link not in cases.links:
             raise PartError(unknown_name("meshes", "body", link, cases.links))
+
+
+def check_wrenches(cases: Cases, links: Iterable[str], options: DeckOptions) -> None:
+    """Raises PartError for a set or a radius of a wrench that acts on none of the parts."""
+    known = list(dict.fromkeys(name for link in links for name in _names([case.bodies[link] for case in cases])))
+    for argument, of_wrenches in (("sets", options.sets), ("radius", options.radius)):
+        for name in of_wrenches:
+            if name not in known:
+                raise of_argument(PartError, argument, f": {unknown_name('the parts', 'wrench', name, known)}")

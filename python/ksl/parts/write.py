@@ -24,7 +24,7 @@ from ksl.parts import calculix, nastran
 from ksl.parts.cases import Cases
 from ksl.parts.free_body import COMPONENTS, FreeBody, open_components
 from ksl.parts.mesh import read_mesh
-from ksl.parts.part_loads import DeckOptions, PartLoads, check_links, part_loads
+from ksl.parts.part_loads import DeckOptions, PartLoads, check_links, check_wrenches, part_loads
 
 WRENCHES, MOTIONS, JSON, WORKBOOK = "free_bodies.csv", "motions.csv", "free_bodies.json", "free_bodies.xlsx"
 FILES = (WRENCHES, MOTIONS, JSON, WORKBOOK)
@@ -103,6 +103,7 @@ def _parts(cases: Cases, meshes: Mapping[str, str | os.PathLike[str]], options: 
     """The loads of links with meshes, or of all links where there are none."""
     if not len(cases):
         return []
+    check_wrenches(cases, meshes or cases.links, options)
     if meshes:
         return [part_loads(cases, link, read_mesh(mesh), options) for link, mesh in meshes.items()]
     return [part_loads(cases, link, None, options) for link in cases.links]
