@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ksl
-from linkages import FOURBAR, at
+from linkages import FOURBAR, at, four_bar
 
 PIN = {"axial": 2e5, "radial": 4e5, "tilting": 300.0}
 
@@ -142,3 +142,27 @@ def test_gears_of_mimic_joints_and_their_leaders_twist_by_what_goes_through_them
         twist = np.sign(load) * (1 / 1000 + (abs(load) - 1) / 5000)
         assert abs(load) > 1 and m.deflection([0.2], [0], [0], "far", stiffness={joint: gear})[4] == pytest.approx(moved * twist, rel=1e-12)
         assert m.compliance([0.2], "far", stiffness={joint: gear})[4, 4] == pytest.approx(moved**2 / 5000, rel=1e-12)
+
+
+def test_what_springs_of_joints_carry_twists_no_gear():
+    """A counterbalance takes its share of the weight before anything gives way: k₁ up to 1 N m, then k₂, beside the spring's own stiffness."""
+    b = ksl.Builder("arm").add_link("wall").add_link("rod", 4.0, (0.5, 0, 0), np.diag([0, 0.3, 0.3]))
+    m = b.add_joint("hinge", "revolute", "wall", "rod", axis=(0, -1, 0), spring_stiffness=30.0, spring_rest=0.9).build(physics="spring")
+    for q in (0.3, 0.2):  # less than 1 N m, and more, downwards
+        effort = 4 * 9.81 * 0.5 * np.cos(q) + 30 * (q - 0.9)
+        twist = np.sign(effort) * (min(abs(effort), 1) / 1000 + max(abs(effort) - 1, 0) / 5000)
+        for given, k in ((4000.0, 4000.0), ({"motion": {"stiffness": [1000.0, 5000.0], "effort": [1.0]}}, effort / twist)):
+            assert m.deflection([q], [0], [0], "rod", stiffness={"hinge": given})[4] == pytest.approx(effort / (k + 30), rel=1e-12)
+
+
+def test_springs_and_dampers_where_no_motor_is_are_loads_of_the_drive():
+    """u (k r² + K) = τ with r = ω of the rocker over that of the crank: the drive alone gives way by its effort τ, and the spring k resists with it."""
+    m = four_bar(spring_stiffness=25.0, spring_rest=0.3, damping=3.0).with_physics(["spring", "damping"])
+    q = m.close([-1.0, 0.4, -1.5]).q
+    unit = m.consistent_velocity(q, [1.0, 0, 0], given=["A"])
+    for speed in (0.0, 2.0):
+        v = speed * unit
+        a = m.consistent_acceleration(q, v, np.zeros(3), given=["A"])
+        effort = m.inverse_dynamics(q, v, a)[0] - 3.0 * v[0]  # less what the damper beside the motor takes
+        off = m.deflection(q, v, a, "crank", stiffness={"A": 800.0}, axes="world")
+        np.testing.assert_allclose(off[4], -effort / (800 + 25 * unit @ unit), rtol=1e-10)

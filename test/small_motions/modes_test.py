@@ -166,6 +166,23 @@ def test_springs_of_joints_at_a_pose_at_rest_are_those_of_linear_models():
     np.testing.assert_allclose(np.sign(found) * (2 * np.pi * found) ** 2, squares, rtol=1e-9)
 
 
+def test_springs_of_joints_that_follow_load_the_loops_by_what_they_are_stretched():
+    """At rest under its springs alone, the drive's with them, a four-bar sways as the compiled dynamics say."""
+    m = four_bar(spring_stiffness=20.0, spring_rest=0.3).with_physics("spring")
+    rest = m.equilibrium(m.close([-1.0, 0.4, -1.5]).q)
+    poles = np.linalg.eigvals(m.linearise(rest.q).A)
+    assert rest.converged and rest.stable and abs(m.inverse_dynamics(rest.q, np.zeros(3), np.zeros(3))[0]) < 1e-9
+    np.testing.assert_allclose(m.modes(rest.q, stiffness={"A": 0.0}).frequencies, poles.imag.max() / (2 * np.pi), rtol=1e-9)
+
+
+def test_a_drive_without_stiffness_holds_by_its_torque():
+    """It is the limit of soft ones: what holds the pose is not what the loops must hold."""
+    m = four_bar()
+    q = m.close([-1.0, 0.4, -1.5]).q
+    none, soft = (m.modes(q, stiffness={"A": k}).frequencies for k in (0.0, 1e-9))
+    np.testing.assert_allclose(none, soft, rtol=1e-8)
+
+
 def rotor():
     """A shaft along x on two bearings 0.4 m apart; its centroid is 0.14 m from the first."""
     b = ksl.Builder("rotor").add_link("ground").add_link("shaft", 12.0, (0.14, 0, 0), np.diag([0.05, 0.09, 0.09]))

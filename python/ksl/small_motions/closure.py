@@ -37,7 +37,7 @@ def closure(model: Calls, to: Directions, loop: Loop, flexibility: Flexibility |
     P, S = (to.pose[i] @ np.reshape(frame, (4, 4)) for i, frame in ((one, loop.predecessor_pose), (other, loop.successor_pose)))
     R, d0 = S[:3, :3], S[:3, 3] - P[:3, 3]
     motion = motion_at(loop, R.T @ P[:3, :3] @ np.array(loop.axis or np.zeros(3)))
-    way = giving_way(loop, motion, flexibility, True, 0.0)
+    way = giving_way(loop, motion, flexibility, True)
     (p, p2), (s, s2) = point(to, one, P[:3, 3]), point(to, other, S[:3, 3])
     (turn_p, turn_p2), (turn_s, turn_s2) = rotation(to, one), rotation(to, other)
     moved = s - p - np.cross(turn_p, d0)

@@ -16,6 +16,7 @@ from ksl.mechanism.loops import one_position
 from ksl.mechanism.requests import core_of, one_of
 from ksl.mechanism.states import Array, External, ExternalAxes, argument_rows, items_of, leading_shape
 from ksl.mechanism.stiffness import Flexibility, Stiffnesses, flexibilities_of, steady_motion, table_of
+from ksl.small_motions.directions import floats, has_motor, spring_load
 from ksl.small_motions.elastic import Elastic, elastic, falls, flexibilities
 
 Axes = Literal["frame", "world"]
@@ -56,15 +57,17 @@ def deflection(
     poses = np.broadcast_to(arrays["q"], (*leading, model.nq)).reshape(math.prod(leading), model.nq)
     through = np.broadcast_to(through, (*leading, *through.shape[-2:])).reshape(len(poses), *through.shape[-2:])
     gears = given if given is not None and has_classes(given) else None
-    at_load = (flexible if gears is None else flexibilities_of(model, gears, _efforts(model, f), "twist") for f in through)
+    at_load = (flexible if gears is None else flexibilities_of(model, gears, _efforts(model, x, f), "twist") for x, f in zip(poses, through))
     out = np.array([_of_state(model, x, f, link, each, axes, by) for x, f, each in zip(poses, through, at_load)])
     shape = (6,) if by == "frame" else (len(model.joints), 2, 6)
     return out.reshape(*leading, *shape)
 
 
-def _efforts(model: Calls, through: Array) -> dict[str, float]:
-    """What twists the gears of joints with one coordinate, of wrenches (joints and loops, 6): what they transmit, of leaders also what their followers do."""
-    found = {joint.name: float((steady_motion(joint).T @ f)[0]) for joint, f in zip(model.joints, through) if joint.one_coordinate}
+def _efforts(model: Calls, q: Array, through: Array) -> dict[str, float]:
+    """What twists the gears of joints with one coordinate, of wrenches (joints and loops, 6): what they transmit and what springs beside them take, of leaders also what their followers do."""
+    found = {
+        joint.name: float((steady_motion(joint).T @ f)[0]) + spring_load(model, joint, q) for joint, f in zip(model.joints, through) if joint.one_coordinate
+    }
     leaders = [(joint.leader, joint.multiplier * found[joint.name]) for joint in model.joints if joint.leader is not None]
     for leader, effort in leaders:
         found[leader] += effort
@@ -75,10 +78,12 @@ def _of_state(model: Calls, q: Array, through: Array, link: int, flexible: Mappi
     """The displacement (6) of a link under wrenches (joints and loops, 6), or the shares (joints, 2, 6) of the joints in it."""
     body = elastic(model, q, flexible)
     to = body.to
-    work = -np.einsum("id,di->d", to.column, through[to.joint])
+    loads = -np.einsum("id,di->d", to.column, through[to.joint]) @ to.factors - to.pull  # springs of the physics carry their share already
+    passive = np.array([not has_motor(model, joint) and not floats(joint) for joint in model.joints])
+    loads[to.along & passive[to.owner]] = 0.0  # and so do dampers where no motor is
     for loop, wrench in zip(body.loops, through[len(model.joints) :]):
-        work -= loop.displacement.T @ wrench
-    u = _given_way(body, (work @ to.factors)[:, None])[:, 0]
+        loads -= loop.displacement.T @ wrench @ to.factors
+    u = _given_way(body, loads[:, None])[:, 0]
     moved = _twists(body, link, axes) * u
     if by == "frame":
         total: Array = moved.sum(axis=1)

@@ -55,20 +55,24 @@ class Directions:
     factors: Array
     """(d, n): of the directions, from the independent displacements."""
     own_stiffness: Array
-    """(n, n), of the joints for their own displacements among the independent ones."""
-    follower_springs: dict[str, Array]
-    """{mimic joint: (1, n)}, roots of their springs, which what the leaders do stretches, too."""
+    """(n, n), that the joints are given, for their own displacements among the independent ones."""
+    springs: dict[str, Array]
+    """{joint: (1, n)}, roots of the springs of the physics; those of mimic joints are stretched by what the leaders do, too."""
+    pull: Array
+    """(n), gradient of the energy of these springs at the pose: their rest is known, and so is their load."""
     owner: NDArray[np.intp]
     """(n) Indices of the joints that give way."""
     along: NDArray[np.bool_]
     """(n), whether that is along the joint's motion."""
+    driven: NDArray[np.bool_]
+    """(n), whether a motor holds it."""
     coordinate_rows: dict[str, Array]
     """{joint: (nv of the joint, d)}, its own coordinates."""
 
     @cached_property
     def stiffness(self) -> Array:
         """(n, n), of the joints, for the independent displacements."""
-        return self.own_stiffness + sum((row.T @ row for row in self.follower_springs.values()), np.zeros_like(self.own_stiffness))
+        return self.own_stiffness + sum((row.T @ row for row in self.springs.values()), np.zeros_like(self.own_stiffness))
 
     def of_point(self, link: int, point: Array) -> Array:
         """(d, 3): velocities of a point (3) of a link."""
@@ -96,33 +100,43 @@ def directions_of(model: Calls, q: Array, flexible: Mapping[str, Flexibility]) -
         first_axis = np.asarray(model.jacobian(q, f"link:{joint.child}"))[3:, joint.v_index] if joint.kind == "universal" else np.zeros(3)
         motions.append(motion_at(joint, first_axis))
         free = joint.leader is None and not has_motor(model, joint)
-        ways.append(giving_way(joint, motions[-1], flexible.get(joint.name), free, _spring(model, joint) if joint.leader is None else 0.0))
-    return _assembled(model, pose, index, carriers, ways, motions)
+        ways.append(giving_way(joint, motions[-1], flexible.get(joint.name), free))
+    return _assembled(model, q, pose, index, carriers, ways, motions)
+
+
+def spring_load(model: Calls, joint: Joint, q: Array) -> float:
+    """What the spring of the physics at a joint takes of a motor's effort, N m or N."""
+    spring = _spring(model, joint)
+    return spring * (float(model.position_of(joint, q)) - joint.spring_rest) if spring else 0.0
 
 
 def _spring(model: Calls, joint: Joint) -> float:
     return joint.spring_stiffness if "spring" in model.physics and joint.one_coordinate else 0.0
 
 
-def _assembled(model: Calls, pose: Array, index: Mapping[str, int], carriers: Mapping[str, int], ways: list[GivingWay], motions: list[Array]) -> Directions:
+def _assembled(
+    model: Calls, q: Array, pose: Array, index: Mapping[str, int], carriers: Mapping[str, int], ways: list[GivingWay], motions: list[Array]
+) -> Directions:
     n = [way.directions.shape[1] for way in ways]
     start = np.concatenate([[0], np.cumsum(n)]).astype(int)
     columns, owners, factors = [way.directions for way in ways], [np.full(size, i) for i, size in enumerate(n)], [np.eye(start[-1])]
     springs: dict[str, Array] = {}
+    pull = np.zeros(start[-1])
     by_name = {joint.name: i for i, joint in enumerate(model.joints)}
     for i, joint in enumerate(model.joints):
+        row = np.zeros((1, start[-1]))
         if joint.leader is not None:
             leader = by_name[joint.leader]
-            row = np.zeros((1, start[-1]))
             row[:, start[leader] : start[leader + 1]] = joint.multiplier * coefficients(model.joints[leader], motions[leader]) @ ways[leader].directions
             if row.any():
                 columns.append(motions[i])
                 owners.append(np.array([i]))
                 factors.append(row.copy())
-            spring = _spring(model, joint)
-            if spring and (row.any() or ways[i].along.any()):
-                row[:, start[i] : start[i + 1]] += coefficients(joint, motions[i]) @ ways[i].directions
-                springs[joint.name] = np.sqrt(spring) * row
+        spring = _spring(model, joint)
+        if spring and (row.any() or ways[i].along.any()):
+            row[:, start[i] : start[i + 1]] += coefficients(joint, motions[i]) @ ways[i].directions
+            springs[joint.name] = np.sqrt(spring) * row
+            pull += spring_load(model, joint, q) * row[0]
     column, joint_of = np.hstack(columns), np.concatenate(owners).astype(int)
     child = [index[model.joints[i].child] for i in joint_of]
     R = pose[child, :3, :3].reshape(-1, 3, 3)
@@ -138,9 +152,11 @@ def _assembled(model: Calls, pose: Array, index: Mapping[str, int], carriers: Ma
         first_axis=_first_axes(model, column, joint_of, motions),
         factors=np.vstack(factors),
         own_stiffness=_stiffness(ways, start),
-        follower_springs=springs,
+        springs=springs,
+        pull=pull,
         owner=np.concatenate(owners[: len(ways)]).astype(int),
         along=np.concatenate([way.along for way in ways]).astype(bool),
+        driven=np.concatenate([way.along if has_motor(model, joint) else np.zeros_like(way.along) for way, joint in zip(ways, model.joints)]).astype(bool),
         coordinate_rows={joint.name: coefficients(joint, motions[i]) @ column * (joint_of == i) for i, joint in enumerate(model.joints) if motions[i].shape[1]},
     )  # fmt: skip
 

@@ -14,7 +14,7 @@ from ksl.mechanism.loops import SAME, length_of
 from ksl.mechanism.states import Array
 from ksl.mechanism.stiffness import Flexibility, Stiffness, all_flexibilities_of, flexibilities_of, steady_motion
 from ksl.small_motions.closure import Closure, closure
-from ksl.small_motions.directions import Directions, cross, directions_of, floats, has_motor
+from ksl.small_motions.directions import Directions, cross, directions_of, floats, has_motor, spring_load
 from ksl.small_motions.giving_way import ZERO
 from ksl.small_motions.second_derivatives import force_elements, gravity
 
@@ -31,7 +31,7 @@ def flexibilities(model: Calls, stiffness: Mapping[str, Stiffness] | None, held_
             tau, followers = model.inverse_dynamics(held_at, rest, rest), [joint for joint in model.joints if joint.leader is not None]
             through = np.asarray(model.reactions(held_at, rest, rest, joints=[joint.name for joint in followers]))
             efforts = {joint.name: float(tau[joint.v_index]) for joint in model.joints if joint.nv == 1}
-            efforts |= {joint.name: float((steady_motion(joint).T @ f)[0]) for joint, f in zip(followers, through)}
+            efforts |= {joint.name: float((steady_motion(joint).T @ f)[0]) + spring_load(model, joint, held_at) for joint, f in zip(followers, through)}
         return flexibilities_of(model, stiffness, efforts)
     return all_flexibilities_of(model)
 
@@ -81,21 +81,24 @@ class Elastic:
         """(n, n) with the second derivative of the potential of weight along the closed mechanism."""
         L = self.to.factors
         G, H = gravity(self.model, self.to, g)
-        gradient, second = G @ L + self.elements[0], L.T @ H @ L + self.elements[1]
+        gradient, second = G @ L + self.elements[0] + self.to.pull, L.T @ H @ L + self.elements[1]
         for loop, wrench in zip(self.loops, self._wrenches(gradient)):
             second += L.T @ (loop.second @ wrench) @ L
         return self.springs + (second + second.T) / 2
 
     def _wrenches(self, gradient: Array) -> list[Array]:
-        """Wrenches (6) of the loops that hold what no joint of the tree holds; of these the ones of least energy, then of least norm."""
+        """Wrenches (6) of the loops that hold what no joint of the tree holds; of these the ones of least energy, then of least norm.
+
+        Motors hold, with a stiffness or without, and stiffnesses that are given, whose preload isn't known; springs of the physics have the one that they have.
+        """
         if not self.loops:
             return []
         shares = [loop.resists.T @ loop.displacement @ self.to.factors for loop in self.loops]
         A = np.vstack(shares)
-        held = self.to.stiffness.any(axis=0)
+        held = self.to.driven | self.to.own_stiffness.any(axis=0)
         found = np.linalg.lstsq(A[:, ~held].T, -gradient[~held], rcond=1e-12)[0]
         rest = _null_space(A[:, ~held].T)
-        root = _inverse_root(self.to.stiffness[np.ix_(held, held)])
+        root = _inverse_root(self.to.own_stiffness[np.ix_(held, held)])
         energy = np.vstack([root @ A[:, held].T, *_roots(self.loops)])
         left = energy @ found + np.concatenate([root @ gradient[held], np.zeros(len(energy) - len(root))])
         U, size, V = np.linalg.svd(energy @ rest, full_matrices=False)

@@ -43,11 +43,10 @@ def coefficients(of: Joint | Loop, motion: Array) -> Array:
     return np.linalg.pinv(motion)
 
 
-def giving_way(of: Joint | Loop, motion: Array, flexibility: Flexibility | None, free: bool, spring: float) -> GivingWay:
+def giving_way(of: Joint | Loop, motion: Array, flexibility: Flexibility | None, free: bool) -> GivingWay:
     """How a joint with a flexibility gives way.
 
     motion (6, n): as motion_at has it.  free: without a stiffness along its motion it moves there, and otherwise it is locked.
-    spring: what joins the stiffness along its motion, where it has one or is free.
     """
     compliance, loose = (np.zeros((6, 6)), np.zeros((6, 0))) if flexibility is None else flexibility
     springs = _columns(compliance)
@@ -64,9 +63,6 @@ def giving_way(of: Joint | Loop, motion: Array, flexibility: Flexibility | None,
     columns = np.hstack(along)
     K = _block_diagonal([*blocks, np.eye(rest.shape[1]), np.zeros((loose.shape[1] - int(without.sum()),) * 2)])
     directions = np.hstack([columns, rest, _beside(loose, motion[:, without])])
-    if spring and columns.shape[1]:
-        row = coefficients(of, motion) @ directions
-        K = K + spring * row.T @ row
     return GivingWay(directions, K, np.arange(directions.shape[1]) < columns.shape[1])
 
 

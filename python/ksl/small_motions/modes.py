@@ -82,10 +82,10 @@ def _strain(body: Elastic, shapes: Array) -> tuple[tuple[str, ...], Array]:
     names, energies = [], []
     for i, joint in enumerate(body.model.joints):
         own = np.flatnonzero(body.to.owner == i)
-        K, follows = body.to.own_stiffness[np.ix_(own, own)], body.to.follower_springs.get(joint.name, np.zeros((1, len(shapes))))
-        if K.any() or follows.any():
+        K, spring = body.to.own_stiffness[np.ix_(own, own)], body.to.springs.get(joint.name, np.zeros((1, len(shapes))))
+        if K.any() or spring.any():
             names.append(joint.name)
-            energies.append(np.einsum("an,ab,bn->n", shapes[own], K, shapes[own]) + (follows @ shapes)[0] ** 2)
+            energies.append(np.einsum("an,ab,bn->n", shapes[own], K, shapes[own]) + (spring @ shapes)[0] ** 2)
     for loop in body.loops:
         if loop.way.stiffness.any():
             x = factors_of(loop) @ body.to.factors @ shapes
