@@ -183,6 +183,21 @@ def test_velocities_that_were_not_measured_are_not_used(leg, tmp_path):
         assert "velocities of slide, hip are not used: they are zero in every message, or not numbers" in m.source.notes
 
 
+def test_velocities_of_one_joint_that_were_not_measured_are_not_used(leg, tmp_path):
+    """In recordings and in tables; where some messages lack them, that is said."""
+    plain = list(leg_messages(60))
+    one = [(log, s, names, q, [v * (n == "slide") for n, v in zip(names, rates)], []) for log, s, names, q, rates, _ in plain]
+    some = [(log, s, names, q, rates if k else [], []) for k, (log, s, names, q, rates, _) in enumerate(plain)]
+    whole = read_motion(leg, write(tmp_path, "mcap", plain))
+    columns = np.column_stack([whole.time, whole.q, whole.v * [0, 1]])
+    np.savetxt(tmp_path / "m.csv", columns, delimiter=",", header="time,hip,slide,hip.v,slide.v", comments="")
+    for motion, row in ((write(tmp_path, "mcap", one), "message"), (tmp_path / "m.csv", "sample")):
+        m = read_motion(leg, motion)
+        np.testing.assert_allclose(m.v, whole.v, atol=1e-6)
+        assert f"velocities of hip are not used: they are zero in every {row}, or not numbers" in m.source.notes
+    assert "velocities of slide, hip are not used: not all messages have them" in read_motion(leg, write(tmp_path, "mcap", some)).source.notes
+
+
 def test_gaps_are_said(leg, tmp_path):
     messages = [m for k, m in enumerate(leg_messages(60)) if not 20 <= k < 40]
     (note,) = [n for n in read_motion(leg, write(tmp_path, "mcap", messages)).source.notes if "gap" in n]

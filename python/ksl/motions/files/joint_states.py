@@ -204,6 +204,7 @@ def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str
     unsorted = sum(int((np.diff(time) < 0).sum()) for time, _, _ in arrays)
     series, repeated = [], 0
     ignored: list[str] = []
+    partial: list[str] = []
     for members, joints in together.items():
         ks = list(members)
         columns = [[places[k][joint] for joint in joints] for k in ks]
@@ -217,10 +218,12 @@ def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str
         order = order[last]
         time, position, velocity = time[order], position[order], None if velocity is None else velocity[order]
         if velocity is None:
+            partial += joints if any(len(m[3]) for k in ks for m in groups[k][1]) else []
             series.append(Series(joints, time, position, None))
             continue
-        filled_in = not velocity.any() and np.ptp(position, axis=0).max(initial=0.0) > FILLED_IN
-        usable = np.isfinite(velocity).all(axis=0) & (not filled_in)
+        moved = np.ptp(position, axis=0) > FILLED_IN
+        filled_in = ~velocity.any(axis=0) & (moved if velocity.any() else moved.any())  # of one joint, or of all that a driver says nothing of
+        usable = np.isfinite(velocity).all(axis=0) & ~filled_in
         ignored += [j for j, good in zip(joints, usable) if not good]
         for good in (True, False):
             if (usable == good).any():
@@ -229,6 +232,7 @@ def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str
     notes = [f"{count(unsorted, 'message')} of {states.topic} older than the one before: sorted by time"] if unsorted else []
     notes += [f"{count(repeated, 'sample')} with the time of another left out: the last one of each time is used"] if repeated else []
     notes += [f"velocities of {listed(ignored)} are not used: they are zero in every message, or not numbers"] if ignored else []
+    notes += [f"velocities of {listed(partial)} are not used: not all messages have them"] if partial else []
     return series, notes
 
 

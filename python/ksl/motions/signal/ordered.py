@@ -124,15 +124,20 @@ def check_restart(times: Array) -> int | None:
     return int(still[0]) + 1 if len(still) and len(still) >= len(times) / 2 else None
 
 
+def _moves(positions: Sequence[Array]) -> bool:
+    """Whether a joint's positions change by more than its zero velocities allow."""
+    return any(np.nanmax(x) - np.nanmin(x) > FILLED_IN for x in positions if np.isfinite(x).any())
+
+
 def _without_unusable_rates(joints: Sequence[Joint], values: Values, notes: list[str]) -> Values:
     """Without rates that aren't numbers where the joint's positions are, and without velocities that nobody has measured."""
     left_out: list[str] = []
-    velocities = [c for j in joints for c in columns_of(j)[1] if c in values]
-    positions = [c for j in joints for c in columns_of(j)[0] if c in values]
-    if velocities and not any(np.nan_to_num(values[c]).any() for c in velocities):
-        moved = [np.nanmax(values[c]) - np.nanmin(values[c]) for c in positions if np.isfinite(values[c]).any()]
-        if max(moved, default=0.0) > FILLED_IN:
-            left_out += velocities
+    given = [(j, [c for c in columns_of(j)[1] if c in values]) for j in joints]
+    given = [(j, velocities) for j, velocities in given if velocities]
+    still = [(j, velocities) for j, velocities in given if not any(np.nan_to_num(values[c]).any() for c in velocities)]
+    moving = [(j, velocities) for j, velocities in still if _moves([values[c] for c in columns_of(j)[0] if c in values])]
+    if moving:  # of one joint, or of all that a driver says nothing of
+        left_out += [c for _, velocities in (still if len(still) == len(given) else moving) for c in velocities]
     for joint in joints:
         position, *rates = columns_of(joint)
         there = np.ones(len(next(iter(values.values()), np.empty(0))), dtype=bool)
