@@ -129,6 +129,8 @@ private:
         std::fill_n(s.reactions[r].out, 6 * s.reactions[r].request->n, x);
   }
 
+  /// result_ has nv numbers: efforts of drives, accelerations, or a jump.  statics is inverse dynamics without v and a, steady that at accelerations
+  /// that the loops alone demand, with idle bodies stopped.
   finding compute(const external_wrenches<double> &e, const state_view<S> &s) {
     const int nv = m_.nv();
     finding fault;
@@ -254,6 +256,8 @@ public:
   }
 
   /// Returns whether all have results.
+  /// The plan refuses states by NaN: of `n_` states in lanes those that aren't done are computed again one by one, from the batch, whose inputs are
+  /// still there since lanes write results of their own first.
   bool run(std::size_t first, std::size_t end, bool by_plan) {
     const bool suits = by_plan && fast_.suits();
     bool found = true, done[closed_by_plan<S>::most] = {};
@@ -280,6 +284,7 @@ private:
   copied_state<S> state_ = {};
 };
 
+/// What run_state lays out for a call of this room: the state as a batch of one, and what that batch needs.
 template <class S> std::size_t counted_bytes(const algorithm_row &row, const model &m, const room &wanted) {
   batch_view<S> batch;
   reaction_request request;

@@ -230,6 +230,8 @@ double assembly::way_back(const double *start, const double *q, double &far) {
 }
 
 /// Steps along the closed positions towards the start, each followed by Gauss–Newton steps, while they lead nearer.
+/// A descent of ½ |q ⊖ start|² on the closed positions: its slope there is (1 − K⁺ K) d, zero at the nearest position, and `descend` brings each step
+/// back onto them.  share is that of the whole way, doubled after a step that leads nearer, halved after one that doesn't.
 void assembly::move_nearer(const double *start, double *q, const close_options &options) {
   const int nv = m_.nv();
   double share = 1, far = 0, along = way_back(start, q, far);

@@ -27,6 +27,7 @@ template <class S> bool determines_efforts(const loop_view<S> &loops) {
   return loops.drives_are_independent || loops.freedoms == 0 || loops.drives > 0;
 }
 
+/// A state that the plan doesn't fit, a pivot that is too small or a loop that is open, has NaN in all its results (loop_view.hpp).
 template <class S> bool are_numbers(const S *x, std::ptrdiff_t n) {
   // 0 x is NaN for NaN and infinities, and 0 for all others
   S sum = 0;

@@ -43,6 +43,7 @@ void closed_state::lay_out(arena &memory, int externals) {
 }
 
 /// The first equation whose value is beyond the tolerance of its terms; of the mechanism's length for errors of positions.
+/// Not ≤ rather than >: NaN is a finding.
 finding closed_state::check(finding::kind what, const double *values, const double *terms, bool lengths) const {
   for (int i = 0; i < t_.rows; ++i) {
     // an equation of rotation is compared with an angle, one of translation with a length
@@ -158,6 +159,9 @@ finding closed_state::no_effort_of_idle(const double *y, double *tau) const {
 
 // The vectors g_j, row j of Gᵀ E W^(−1/2), made orthonormal in turn; W^(1/2) τ = Σ z_j ĝ_j has least norm.  The rank is judged on scaled
 // numbers.
+//
+//     minimise τᵀ W τ with g_j · (W^(1/2) τ) = wanted_j.  Rows become ĝ_j = (g_j − Σ_k<j r_k ĝ_k) / |…|, and z_j likewise from wanted_j, so that
+//     ĝ_j · (W^(1/2) τ) = z_j: the solution without a part orthogonal to all ĝ_j is the shortest.
 finding closed_state::efforts_of_least_norm(double *wanted, double *tau) {
   const int f = k_.freedoms(), n = static_cast<int>(t_.kept.size());
   // MG_ and H_ hold nothing here: only solve_inertia sets them, before efforts are asked for
@@ -262,6 +266,8 @@ finding closed_state::solve_inertia(const double *q, double *r, const double *y)
   add_product(1, M_, nv, nv, G_, f, MG_);
   add_transposed_product(G_, nv, f, MG_, f, H_);
   // H = Gᵀ M G.  A freedom that moves no mass has a zero of H, which rounding hides: the terms that cancelled tell it.
+  // All terms of H_ii = Σ_kl G_ki M_kl G_li count: M is positive semidefinite, so |G_ki M_kl G_li| ≤ (G_ki² M_kk + G_li² M_ll) / 2, and those of the
+  // diagonal, nv times, bound the sum of all.
   double *const whole = small_ + m_.nv();
   for (int i = 0; i < f; ++i) {
     whole[i] = 0; // of terms before they cancel, none of which is negative
@@ -283,6 +289,7 @@ finding closed_state::solve_inertia(const double *q, double *r, const double *y)
         has_massless_idle_ = true, massless_[i] = 1;
       }
   // H is symmetric and positive definite where each freedom moves mass, so L D Lᵀ needs no pivots (Golub and Van Loan, 4.1 and 4.2)
+  // After it H_ has D on its diagonal and L below: what follows compares each D_i with the terms that it is left of.
   const bool is_regular = ksl_linalg_ldlt_rmo(H_, f) == 0;
   for (int i = 0; i < f; ++i) { // what the others leave of a freedom's inertia
     // the diagonal of H = L D Lᵀ is Σ L_ik² D_k, k ≤ i: D_i is what is left of it where the freedoms before i follow

@@ -11,6 +11,19 @@
 //     forward dynamics   Gᵀ M G a_i = Gᵀ (τ − b − M a₀), a = G a_i + a₀.                                            (3)
 //
 // The multipliers then follow from the rows of (1) that belong to dependent coordinates.
+//
+// Sizes, with r the rank of K: K (rows, nv), G (nv, f) with f = nv − r freedoms, E (nv, drives) with a 1 for each drive at its coordinate.  Where
+// the drives are the independent coordinates, Gᵀ E is the identity, and τ_d are the numbers of Gᵀ (M a + b).  a₀ has K a₀ = −K̇ v and is zero at
+// independent coordinates.  rows − r redundant equations leave λ determined but for the solutions of Kᵀ λ = 0, patterns of wrenches.
+//
+// A state goes so, each line using what those above have left:
+//
+//     set_position(q)                     frames and K; elimination; G; are all loops closed
+//       inverse_dynamics(q, v, a)         are v and a those of closed loops; (2): τ_d; λ from τ_d
+//       forward_dynamics(q, v, τ)         a₀ (steady_acceleration); (3): a;  set_multipliers: λ of this motion
+//       velocity_jump(q, impulses)        (3), integrated over an impact: Δv
+//     set_reactions                       λ + Σ η_k n_k, n_k the patterns' multipliers, in place of λ
+//     all_wrenches                        Σ λ T of each loop, as wrenches on its two links
 #pragma once
 
 #include "engine/loops/elimination.hpp"
@@ -160,6 +173,8 @@ private:
   int take_apart(const tables::matrices_of_joints &metric, int patterns);
   reaction_request all_joints() const;
 
+  // patterns_ (redundant, joints + loops, 6) with null_lambda_ (redundant, rows), their multipliers, row for row; reactions_ is one such row.
+  // wrenches_ and wrench_links_: [ external ones of the call | successor, predecessor of loop 0 | of loop 1 | … ]
   bool has_weight_ = true, has_massless_idle_ = false;
   unsigned char *massless_ = nullptr; ///< (freedoms) is it the motion of an idle body that moves no mass
   int patterns_known_ = -1;           ///< how many of the present position have been set

@@ -57,6 +57,7 @@ void closed_derivatives::set_motions() {
   follow(by_.acceleration_by_v(), nullptr, nullptr, a_by_v_);
 }
 
+/// One row of the table in the header.
 closed_derivatives::varied closed_derivatives::motion(int kind) const {
   // columns by q_i, v_i and a_i; da/da_i = G, since K da = 0
   const varied all[kinds] = {{c_.G(), v_by_q_, a_by_q_}, {nullptr, c_.G(), a_by_v_}, {nullptr, nullptr, c_.G()}};
@@ -201,6 +202,9 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
                        numbers[] = {narrow, narrow, forward ? nv * nv : narrow};
   double *const out[] = {by_q, by_v, by_x};
   const mimic::mechanism_kernel<double> kernel = {row_by_plan(forward), m, view};
+  //     memory   [ by_q (nv, f) | by_v (nv, f) | by_x (nv, f), or by τ (nv, nv) | workspace of the kernel ]
+  //
+  // Results go to the front first: the caller's arrays stay as they are where a pivot is too small, and NaN comes out.
   arena measure;
   for (const std::ptrdiff_t n : numbers)
     measure.take<double>(n);

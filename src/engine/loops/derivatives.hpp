@@ -5,6 +5,18 @@
 // likewise (dv_i = 0, da_i = 0), the multipliers' variation has no part in
 //
 //     Gᵀ E dτ_d = Gᵀ (∂b/∂q dq + ∂b/∂v dv + M da − ∂(Kᵀ λ)/∂q dq).
+//
+// Why: (1) holds at all positions of the mechanism, so its variation does,
+//
+//     ∂(M a + b)/∂q dq + ∂b/∂v dv + M da = E dτ_d + ∂(Kᵀ λ)/∂q dq + Kᵀ dλ,
+//
+// and Gᵀ takes the last term off, K G = 0.  (Above, ∂b/∂q stands for ∂(M a + b)/∂q at the a given, which derivatives of inverse dynamics are.)  G
+// varies along the mechanism, too, but needs no derivative: it multiplies an equation of nv rows that holds.
+//
+//     what varies      dq    dv        da                     numbers, of set_motions()
+//     q_i              G     v_by_q_   a_by_q_                dv = dG v_i, da = d(G a_i + a₀): those at which the loops stay closed
+//     v_i              0     G         a_by_v_
+//     a_i              0     0         G
 #pragma once
 
 #include "engine/loops/closed_state.hpp"

@@ -195,6 +195,7 @@ private:
   }
 
   /// Brings element (p, c) to place k, and eliminates below it, in columns before `end`.
+  /// line[k] becomes l = line[k] / pivot, the element of L.  Rows are exchanged whole, with the part of L that they have.
   void take_pivot(int k, int p, int c, int end) {
     if (p != k) {
       std::swap(row[p], row[k]);

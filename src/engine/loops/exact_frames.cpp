@@ -96,6 +96,7 @@ private:
   }
 
   /// Positions of the mechanism, with the equations left out that depend on others but for `zero`; none where it doesn't move.
+  /// `samples` positions at the distance `far`, the base, and `checks` nearer ones: frames that fit all of these fit on the whole way.
   std::vector<position> motion(double zero, double most) {
     const std::optional<position> from = base(zero, most);
     if (!from)

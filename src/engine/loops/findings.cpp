@@ -30,6 +30,11 @@ static std::string of_uneven(const tables &t, const model &m) {
          " turns alone about a line of its own, and needs no drive if its mass is the same all round it";
 }
 
+//     kind                           row                                                value against allowed
+//     open, velocity, acceleration   equation, of the loop that loop_of() finds         its error or rate: rad, m, by second or second²
+//     few_drives                     independent coordinate that no drive moves
+//     massless                       independent coordinate                             NaN: its inertia overflows
+//     idle_effort, no_column         coordinate of the idle body                        effort that is needed there
 std::string text_of(const finding &fault, const model &m) {
   using kind = finding::kind;
   if (!fault)

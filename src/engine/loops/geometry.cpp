@@ -93,6 +93,7 @@ void geometry::set_position(const double *q) {
     frames &f = at_[n];
     f.predecessor = product(pose(l.predecessor), l.on_predecessor);
     f.successor = product(pose(l.successor), l.on_successor);
+    // relative is the displacement of the joint: what it has beyond the joint's own motion is the error, and V_s − V_p its rate
     A::product_dinvd(&f.predecessor, &f.successor, &f.relative);
     std::copy_n(l.T, 6, f.T);
     if (row_has_two_axes(l.kind))
@@ -165,6 +166,8 @@ double geometry::sum_of_terms(const double *v) const {
   return sum;
 }
 
+// Tᵀ (V_s − V_p) = 0 with T constant in s.  V and its rate A come from the tree about the world's origin, in world axes, and Ad(s⁻¹) takes them to s;
+// d/dt (Ad(s⁻¹) V) = Ad(s⁻¹) (A − V_s × V), hence A_s − A_p − V_s × (V_s − V_p), the term V_s × V_s being zero.
 void geometry::acceleration(const double *q, const double *v, const double *a, double *out, double *terms) {
   state_view<double> s;
   s.q = q, s.v = v, s.a = a, s.links = {static_cast<int>(t_.links.size()), t_.links.data()};

@@ -78,6 +78,7 @@ private:
   }
 
   /// bodies_: a link of each body that counts.  twists_ (bodies, 6, freedoms): of these, as lengths, in the link's axes.
+  /// A body counts if mass would move with it, or if a loop ends at it: others are parts of joints.
   void set_twists() {
     const model_view<double> &view = m_.view();
     std::vector<bool> counts(index(view.bodies), false);
@@ -108,6 +109,7 @@ private:
   }
 
   /// Does a body turn alone, and only about one line?
+  /// A holds the twists of all bodies but b, (6 (bodies − 1), freedoms): its null space are the combinations of left_ that move none of them.
   std::optional<idle_body> idle(int b) const {
     const int others = 6 * (static_cast<int>(bodies_.size()) - 1), block = 6 * freedoms_;
     std::vector<double> A(twists_.begin(), twists_.begin() + b * block);
@@ -226,6 +228,8 @@ void keep(std::vector<idle_body> bodies, tables &t) {
       scales.push_back(t.is_driven[index(v)] ? t.drive_scale[index(drive++)] : -(scale > 0 ? scale : 1));
     }
   t.kept_scale = std::move(scales);
+  // Pivots are taken from low stages first, and what is left without one is independent.  The columns of K at `moved` depend on each other by the
+  // body's own motion alone, so that without the body's coordinate, which is last, they are independent: all of stage 0 gets pivots.
   t.stages.assign(t.is_kept.size(), 1);
   for (const idle_body &body : t.idle)
     for (const int v : body.moved)

@@ -32,6 +32,7 @@ mat3x3<double> about_z(double angle) {
 double angle_about_z(const mat3x3<double> &R) { return std::atan2(R.m10 - R.m01, R.m00 + R.m11); }
 
 /// The rotation vector of R, up to π.
+/// R − Rᵀ = 2 sin θ [u]×, tr R = 1 + 2 cos θ; at θ = π, where the first is zero, R + 1 = 2 u uᵀ.
 vector rotation_vector(const mat3x3<double> &R) {
   vector w = {(R.m21 - R.m12) / 2, (R.m02 - R.m20) / 2, (R.m10 - R.m01) / 2};
   const double sine = std::sqrt(dot(w, w)), cosine = (R.m00 + R.m11 + R.m22 - 1) / 2, angle = std::atan2(sine, cosine);
@@ -76,6 +77,7 @@ mat3x3<double> rotation_left(const loop &l, const mat3x3<double> &R) {
 }
 
 /// What is left in canonical axes, where z is the joint's axis, of a joint that turns about it or about none.
+/// The joint has D = Rot(z, θ) and a travel along it where it fits; D less that, with the θ and the travel that fit best, is left.
 SE3<double> left_in_canonical(const loop &l, const SE3<double> &D) {
   const double angle = angle_about_z(D.R), turn = 2 * std::numbers::pi;
   if (l.pitch != 0) {

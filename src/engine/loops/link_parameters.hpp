@@ -20,6 +20,9 @@ body_motion<S> resisted_motion(const S *pose, const S *twist, const S *accelerat
   return motion;
 }
 
+/// The row of results is w (6) for a unit wrench, so −w · B φ for the wrench of inertia −B φ; with h = m c and I about the link's origin
+///
+///     B φ = [ m (a − g) + ω̇ × h + ω × (ω × h) ;  h × (a − g) + I ω̇ + ω × I ω ],   linear in φ = (m, h, I).
 /// by_parameter (rows, links, 10) from by_wrench (rows, links, 6), of the link with this number.  Results are linear in wrenches on links, w · B, and
 /// the wrench of inertia is linear in its ten parameters: B of the force that they need, as regressors of trees have it.
 template <class S>

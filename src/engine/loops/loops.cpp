@@ -1,4 +1,14 @@
 // Calls about loops (ksl/loops.hpp).
+//
+//     e(q)              loop_error           (rows) what is left of each joint's displacement
+//     K(q)              loop_jacobian        (rows, nv) ė = K v where the loops are closed
+//     K a + K̇ v         loop_acceleration    (rows)
+//     σ of R K C        mobility             rank, freedoms nv − rank, redundant rows − rank, and how near the rank is to another one
+//     null space of Kᵀ  reaction_patterns    wrenches that balance
+//     K x = 0, −K̇ v     consistent_…         the solutions nearest to given numbers
+//
+// Pivots, where they are needed, are the state's own; only the derivatives try the plan of the model first.  A model without loops has no rows, and
+// each call then answers as for a tree: all velocities are consistent, all coordinates independent.
 #include "ksl/loops.hpp"
 
 #include "engine/loops/assembly.hpp"
@@ -20,6 +30,7 @@ namespace {
 
 using namespace loops;
 
+/// lay() is called twice with the same object: on an arena without memory, which adds sizes up, and on one that hands the pieces out.
 /// Something that is laid out in the memory of a workspace, or of the thread where there is none or that is too small.
 template <class Work, class Lay> Work laid_out(Work work, data *d, Lay lay) {
   arena measure;
@@ -60,6 +71,8 @@ struct numbers {
   }
 };
 
+/// Finite arguments with results that are not are an overflow, which is told; arguments that are not finite give such results without an error, as
+/// all algorithms do.  So arguments may be written over only once it is known whether they were finite (given_finite).
 /// Throws result_error, which allocates, where results are not finite although all arguments are.
 void require_finite(const char *call, const char *what, std::initializer_list<numbers> results,
                     std::initializer_list<numbers> arguments) {
@@ -119,6 +132,7 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
   }
   const placed p = geometry_of(m, d, q);
   // singular values of R K C, whose elements relate lengths to lengths (elimination.hpp): rank, and how far it is from another one
+  // One-sided Jacobi rotations make the rows of `scaled` orthogonal, min(rows, nv) of them: R K C itself, or its transpose.
   const bool wide = rows < nv; // fewer vectors to turn
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < nv; ++j)
@@ -131,6 +145,7 @@ loop_mobility mobility(const model &m, data &d, const double *q, int *redundant_
   while (rank < n && p.values[rank] > p.at.zero())
     ++rank;
   const double size = p.at.size();
+  // Two singular values bound the gap at the rank: the smallest that counts, and the largest that doesn't, relative to the largest term.
   return {nv - rank, rank, rows - rank, rank > 0 ? p.values[rank - 1] / size : 0, rank < n ? p.values[rank] / size : 0,
           t.length};
 }
@@ -280,6 +295,8 @@ void closed_reaction_variations(const model &m, data &d, const double *q, const 
   require("reactions_derivatives", fault, m);
   const external_wrenches<double> of_loops = w.state().all_wrenches({});
   std::copy_n(of_loops.wrench, 6 * of_loops.n, wrenches);
+  // three kinds of variation, each by f coordinates: motions 3 · f · (dq, dv, da of nv); on_links 3 · f · loops · 2 sides · 6; at_joints without
+  // sides
   const std::ptrdiff_t nv = m.nv(), f = w.state().solved().freedoms(), loops = std::ptrdiff_t(m.loops().size());
   require_finite(
       "reactions_derivatives", "derivatives",

@@ -24,6 +24,8 @@ std::vector<double> start_position(const model &m, int number) {
   return q;
 }
 
+// Scales here are those of loops: rows of translation by 1 / L_loop, coordinates that slide by the shortest loop that they move.  Then R K C relates
+// rad to rad, where tables.hpp has lengths of the mechanism for both, and a limit such as few_digits means the same in each loop.
 near_motion::near_motion(const model &m, const tables &t)
     : m_(m), t_(t), g_(m, t), row_scale_(index(t.rows), 1), column_scale_(index(m.nv()), 1),
       length_of_column_(index(m.nv()), t.length), none_(index(m.nv()), 0),

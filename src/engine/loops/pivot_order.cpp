@@ -80,6 +80,8 @@ private:
           ++in_row[i], ++in_column[j];
   }
 
+  /// Right-looking elimination of a dense copy with its pattern: an element counts as filled once a row with a pivot has reached it, even if it
+  /// cancelled to zero at this position.
   void take(const pivot &p) {
     pivots_.push_back(p);
     for (const int i : e_.rows) {

@@ -57,6 +57,7 @@ public:
       : m_(m), t_(m.loop_tables()), view_(m.view()), coupling_(m.coupling_in<double>()),
         rows_(t_.rows + coupling_.followers), original_(rows_, view_.nv), filled_(rows_, view_.nv) {}
 
+  /// The order of steps: elimination compares scaled elements; patterns and elements are written by the places of pivots.
   std::shared_ptr<const loop_plan<double>> make(const std::vector<double> &q) {
     add_joints(m_, plan_);
     set_scales();
@@ -93,6 +94,9 @@ private:
     plan_.redundant.assign(k.row + k.rank, k.row + t_.rows);
     const std::vector<int> kept = expanded(t_.kept.data(), static_cast<int>(t_.kept.size()));
     const bool drives_alone = t_.idle.empty(), as_many = kept.size() == plan_.independent.size();
+    // With f freedoms: drives alone, f of them and independent, have τ_d = Gᵀ (M a + b) as it stands.  More than f, or idle bodies beside them: τ_d
+    // of least norm, for which the view lists all that is kept with its 1/√weight, idle bodies with a negative one.  Otherwise nothing is listed, and
+    // efforts are left to closed_state; accelerations need no drives.
     plan_.view.drives_are_independent = t_.drives_are_known && drives_alone && plan_.independent == kept;
     if (kept.size() > plan_.independent.size() || (!drives_alone && as_many))
       plan_.drive = kept, plan_.drive_scale = t_.kept_scale;
@@ -161,6 +165,12 @@ private:
   }
 
   /// What one step has to do, and what it fills.
+  ///
+  ///     before step k       P  a  .  b          after it      P  a  .  b        P the pivot, in row p
+  ///     a row below         x  .  c  .                        l  f  c  f        l = x / P where the zero would be; f −l a and −l b, filled
+  ///
+  /// columns are the places that row p has to the right of P, those of later pivots first, since pivots have the lower places: the first
+  /// later_end − later_begin of columns are the steps that `later` lists, by which U is solved from the last row up.
   void set_lists(int step) {
     const auto end = [&] { return static_cast<int>(plan_.list.size()); };
     loop_pivot p{};
@@ -190,6 +200,7 @@ private:
 
   /// The elements that are read and that no loop sets: those that elimination has filled, and of equations without a pivot all of independent
   /// coordinates.
+  /// In the order of K's rows, whatever the order of steps: kernels set these to zero, and loops then set theirs.
   void set_fill() {
     plan_.view.fill_begin = static_cast<int>(plan_.list.size());
     for (int i = 0; i < t_.rows; ++i)
@@ -309,6 +320,8 @@ std::vector<double> regular_position(const model &m) {
   const own_memory of_pivots(lay_out_with(m, g, k));
   int rank = -1;
   bool is_kept = false;
+  // rank, is_kept, last: what the best position so far has.  A position of lower rank is singular, as one of a parallelogram that is folded flat:
+  // a plan made there would count equations as redundant that are not so elsewhere.
   double last = 0, error = 0;
   for (int start = 0; start < 8 && (start < least_starts || last < regular || !is_kept); ++start) {
     if (a.close(q.data(), hold.data(), nearby, closed.data(), &error) == closing::closed) {

@@ -24,6 +24,7 @@ inline void singular_values(double *A, int n, int m, double *values) {
         if (!(std::fabs(xy) > 1e-16 * std::sqrt(xx * yy)))
           continue;
         turned = true;
+        // x' = c x − s y and y' = s x + c y are orthogonal where t = s / c has t² + 2 ζ t − 1 = 0; the smaller root turns by at most 45°
         const double zeta = (yy - xx) / (2 * xy),
                      t = std::copysign(1.0, zeta) / (std::fabs(zeta) + std::hypot(1.0, zeta)),
                      c = 1 / std::hypot(1.0, t), s = c * t;

@@ -84,6 +84,7 @@ private:
   }
 
   /// The columns of a joint of the tree: the first, and how many they are.
+  /// Columns of a joint are made when the first loop asks for them, so that joints that no loop goes through have none.
   int columns_of(int joint) {
     int &first = first_column_[index(joint)];
     if (first >= 0)
@@ -187,6 +188,7 @@ private:
 
   /// The length of a loop: the way around it.  Where all joints meet at one point, as those of a spherical linkage, that way is rounding, or
   /// the digits of the file, which are no length; then what else the mechanism has.
+  /// All lengths here are those of the description, not of a position: scales stay as they are while the mechanism moves.
   static double length_of(double reach, const extents &around) {
     using loop_tolerance::few_digits, loop_tolerance::rank;
     const double other = around.of_loop > rank * around.to_ground ? around.of_loop : around.to_ground;

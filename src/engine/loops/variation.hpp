@@ -15,6 +15,13 @@
 //
 //     dW = σ_k X_k × J_k dq_k,    dẆ = σ_k (Y_k × J_k − X_k × ((W − X_k) × J_k)) dq_k.                                  (3)
 //
+// How: for k on the side of s, dJ_c = J_c × J_k for all c before k, and nothing for those behind it, so dW = Σ σ_c v_c J_c × J_k over c before k.  In
+// Ẇ the rate J_c × U_c has two factors that vary, and dU_c = (part of U_c before k) × J_k.  With U_c = B_c + (W − X_k), B_c that part,
+//
+//     (J_c × J_k) × U_c + J_c × (B_c × J_k) = (J_c × U_c) × J_k − J_c × ((W − X_k) × J_k)       by Jacobi's identity, twice,
+//
+// whose sum over c, with the J_c a_c, is the bracket of (3).  On the side of p the signs p_ck and σ_k are both −1.
+//
 // A universal joint's last equation is N · ω = 0, N = u₁ × u₂, whose u₁ is fixed in p: du₁ = u₁ × (ω_s − ω_p)[dq].
 #pragma once
 

@@ -82,6 +82,16 @@ template <class T> struct joint_compliance_view {
   T matrix[6][6];
 };
 
+/// All joints that close loops, and the elimination of their equations.  In numbers: nv = pivots + freedoms coordinates of the expanded mechanism,
+/// and rows = pivots + redundant equations, those of loops and below them one for each follower.
+///
+///     joint (loops)       ranges of ── column, pitch, own     [ joint 0: successor's side | predecessor's side | joint 1 … ]
+///                                   ── element                [ numbers of joint 0 | of joint 1 | … | of followers: 1 and −r each ]
+///                                   ── through                [ joint 0: both sides | … ], places in crossed
+///     pivot (pivots)      ranges of ── list                   columns, rows and later steps of each; then fill, and lists of patterns
+///     pattern (rows − pivots)       ── list                   its loops, earlier patterns, joints
+///
+/// A place of K, (rows, nv): the step of a pivot's coordinate, or pivots + number among the independent ones.  place[v] says which, in signs.
 template <class T> struct loop_view {
   int loops, rows, pivots, freedoms;
   bool drives_are_independent; ///< are the independent coordinates those of the drives
