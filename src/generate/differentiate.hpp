@@ -3,6 +3,9 @@
 //     y = x₀ x₁        rate    y'  = x₀' x₁ + x₀ x₁'                     (forward)
 //                      weight  x̄₀ += ȳ x₁,  x̄₁ += ȳ x₀                  (backward)
 //
+// Both have the Jacobian of the outputs y by the inputs x: for all rates x' and weights ȳ, Σ ȳ_k y'_k = Σ x̄_i x'_i.  rates() is y' = J x', weights()
+// is x̄ = Jᵀ ȳ, each for a small multiple of the steps' own cost.
+//
 // Where a step has no derivative the rule is applied all the same, as by dual numbers (ksl/dual.hpp).
 // Source: Griewank and Walther, Evaluating Derivatives (2008), sections 3.1 and 3.2.
 #pragma once

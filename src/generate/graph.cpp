@@ -76,6 +76,8 @@ double graph::computed(const step &s) const {
 
 int graph::constant(double number) { return known_or_added({operation::constant, -1, -1, -1, rounded(number)}); }
 
+/// Each step in turn: no operand without a value; constants are computed; operands that commute in order; then identities, and equal steps last,
+/// since an identity may end at a step that is there already.
 int graph::add(step s) {
   if (s.what == operation::constant)
     return constant(s.number);

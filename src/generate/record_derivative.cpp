@@ -1,3 +1,12 @@
+// With y(x) a recording, J = ∂y/∂x, and P the derivative of its numbers by what moves them (moving_inputs.hpp):
+//
+//     matrix             J                                     of numbers as they are
+//     adjoint            x̄ = Jᵀ ȳ, of inputs x and ȳ
+//     adjoints_matrix    ∂x̄/∂x = Σ ȳ_k ∂²y_k/∂x², ∂x̄/∂ȳ = Jᵀ   the matrix of the adjoint
+//     rates              J P ẋ                                 along joint velocities, or along a closed mechanism
+//     weights            Pᵀ Jᵀ ȳ
+//
+// A derivative is a recording like another: its steps begin with those of y, on a graph of its own, and needed() drops what no derivative reads.
 #include "generate/record_derivative.hpp"
 
 #include "generate/differentiate.hpp"

@@ -1,3 +1,5 @@
+// Force elements as the engine computes them, elements::with_forces and elements::forces, with recorded calls in place of kernels.  Their choices,
+// stops that are reached or points that coincide, are selects of steps, and a state without a force gets NaN.
 #include "generate/recorded_elements.hpp"
 
 #include "engine/elements/with_forces.hpp"
@@ -45,6 +47,7 @@ void record_with_elements(const recorded_mechanism &of, const algorithm_row &row
   work.run(state.batch(), 0, 1);
 }
 
+/// The external wrenches of a closed mechanism: those given, and two for each element, all in the axes of links.
 recorded_forces::recorded_forces(const recorded_mechanism &of, const recording *q, const recording *v,
                                  const external_wrenches<recording> &given) {
   links_.assign(given.link, given.link + given.n);

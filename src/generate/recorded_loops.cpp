@@ -1,3 +1,9 @@
+// The plan makes closed mechanisms recordable: its pivots are the same at all positions, so that elimination is a fixed sequence of steps.  Where a
+// state has too small a pivot, or is open, the steps give NaN as kernels do, and nothing takes other pivots afterwards: code for such states returns
+// NaN.
+//
+// What is computed is what loops::closed_by_plan, linear_by_plan and motion_by_plan compute, on the expanded mechanism; followers have equations of
+// their own in the plan.
 #include "generate/recorded_loops.hpp"
 
 #include "engine/loops/closed_by_plan.hpp"
@@ -22,6 +28,7 @@ namespace {
 
 constexpr int parts = 5; ///< of efforts
 
+/// NaN if one of them is: a number that says whether all are.
 recording sum_of(const recording *x, int n) {
   recording sum = 0.0;
   for (int i = 0; i < n; ++i)
@@ -82,6 +89,8 @@ void record_linear(const recorded_mechanism &of, const algorithm_row &row, const
   mark_missing(sum, s.result[0], n);
 }
 
+// Elimination keeps 1 / pivot in the pivot's place.  The step of that quotient has the pivot as its operand; a pivot that is a constant has left a
+// constant.
 /// The pivot that has been replaced by its inverse, but for its sign: recorded is 1 / pivot, its negation, or a constant.
 recording pivot_of(recording inverse) {
   const step s = recording::current->steps()[static_cast<std::size_t>(inverse.place())];
@@ -198,6 +207,7 @@ void record_closed(const recorded_mechanism &of, const algorithm_row &row, const
   record_parts(of, s, efforts);
 }
 
+/// |p| R C for each pivot p: lengths, as elimination.hpp scales the equations.
 recordings sizes_of_pivots(const recorded_mechanism &of, const recording *q) {
   const empty_workspace<loop_equations_workspace<recording>> memory(of.view);
   loop_equations_workspace<recording> w = *memory;

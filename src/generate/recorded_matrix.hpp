@@ -50,6 +50,7 @@ inline void solve(const recording *A, recording *x, int n) {
 }
 
 /// A ← A⁻¹, as linalg_symmetricMatrixInverse.  Returns what ldlt does.
+/// A⁻¹ = L⁻ᵀ D⁻¹ L⁻¹: element (i, j), j ≤ i, is Σ_k≥i (L⁻¹)_ki (L⁻¹)_kj / d_k.
 inline recording invert(recording *A, int n) {
   const auto at = [&](int i, int j) -> recording & { return element(A, n, i, j); };
   const recording fault = ldlt(A, n);

@@ -1,3 +1,5 @@
+// The specialisation below stands for projection.hpp's template, so that systems.hpp computes over recordings what it computes over numbers: only
+// where kernels would be called the steps of an algorithm are recorded instead, into arrays of the call.
 #include "generate/recorded_mimic.hpp"
 
 #include "engine/mimic/systems.hpp"
@@ -105,6 +107,7 @@ recordings expanded_motion(const model &m, bool single, const recording *v) {
   return all;
 }
 
+/// (nv) in_v: where each coordinate of users is among the expanded ones.
 std::vector<int> own_coordinates(const model &m) {
   std::vector<int> places(static_cast<std::size_t>(m.nv()));
   std::iota(places.begin(), places.end(), 0);

@@ -71,6 +71,8 @@ public:
   }
   void set_gravity(const vec3<recording> &gravity) { view_.gravity = gravity; }
   /// Adds ten numbers, in the link's frame, to the inertia of a link, and to what follows from it.
+  /// What model_builder computes from inertias, which are linear in them: I of the link in its body's frame, the body's sum, and augmented inertias,
+  /// where the mass counts at the joints on the way to the ground.
   void add_inertia(int to, const recording *ten) {
     using A = algebra<recording>;
     const spatial_inertia<recording> given = inertia_of_parameters(ten);

@@ -1,5 +1,8 @@
 // A scalar that records what is done with it on the graph in force.  It is its own scalar: what models hold is recorded, too, so that gravity and
 // inertias may be inputs.
+//
+// Steps may not depend on inputs: where an algorithm would branch by a number it has math<T>::select, which becomes a step with both values.  A
+// condition becomes a bool only where constants decide it, as of a link without mass, and there a recording takes one branch alone.
 #pragma once
 
 #include "generate/graph.hpp"

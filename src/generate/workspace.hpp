@@ -7,6 +7,7 @@
 
 namespace ksl::generate {
 
+/// Its numbers are of no step: what an algorithm reads without having written it makes a result of no step, which record() refuses.
 template <class Workspace> class empty_workspace {
 public:
   explicit empty_workspace(const model_view<recording> &model) : memory_(workspace_bytes<Workspace>(model)) {

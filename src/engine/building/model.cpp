@@ -36,6 +36,7 @@ void add_payload(const payload &p, robot_description &robot) {
   }
   const vec3<double> c = {p.point[0], p.point[1], p.point[2]};
   spatial_inertia<double> I;
+  // (m, m c, −m [c]×²) about the link's origin, which adds up
   A::spatial_inertia_fromMassCentroid(p.mass, &c, 0, 0, 0, 0, 0, 0, &I);
   A::spatial_inertia_added(&l->inertia, &I, &l->inertia);
   l->has_inertial = true;
@@ -103,6 +104,7 @@ double model::mass() const {
   return sum;
 }
 
+/// Links of a subtree are a range, [link of the joint, that + n).
 double model::subtree_mass(int joint) const {
   double sum = 0;
   const int first = joints_[static_cast<std::size_t>(joint)].link, n = subtree_links(joint, nullptr);
@@ -193,6 +195,12 @@ std::vector<int> model::tree_columns() const {
   return columns;
 }
 
+/// The column of each element of the tree-sparse mass matrix, row by row: the coordinates on the path from the ground to that of the row.  A body
+/// with one coordinate that carries two such bodies:
+///
+///     M    x  x  x        tree_row_   0  1     3             columns   0 | 0 1 | 0 2
+///          x  x  .
+///          x  .  x        M_12 = 0: neither carries the other
 void model::tree_columns(int *columns) const {
   const model_view<double> m = view();
   for (int i = 1; i < m.bodies; ++i)

@@ -83,6 +83,9 @@ bool run_batch(const way_calls<S> &below, const algorithm_row &row, const model 
   arena pieces(memory);
   rows_for_code<S> rows(pieces, code, m, batch);
   rows.clear_zeros();
+  //     first ── code ──▸ k │ one block of lanes │ k ── code ──▸ … end          the code stops in front of a block with a result that isn't ordinary
+  //                           the way below
+  //
   // [ rows and the code's own memory | from a multiple of 64 on, that of the way below ]
   void *const behind = static_cast<std::byte *>(memory) + (pieces.used() + 63) / 64 * 64;
   bool ordinary = true;

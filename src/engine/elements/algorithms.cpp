@@ -1,3 +1,9 @@
+// A batch goes `states` at a time through the same memory, whole blocks of lanes; a single state is a batch of one, in arrays around its own:
+//
+//     of a batch       [ forces: poses, twists, wrenches of ends | J, its change by q and ∂F, for derivatives | workspace of the tree's calls ]
+//     of one state     [ one_as_batch: rows that point to the state's arrays | the same for one state ]
+//
+// An element that has no force at a state makes the results NaN and `ordinary` false; the other states of the batch are computed all the same.
 #include "engine/elements/algorithms.hpp"
 
 #include "engine/elements/with_forces.hpp"
@@ -45,6 +51,7 @@ bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &ba
   return ordinary;
 }
 
+/// Counted without a call, for as many wrenches, links and joints as are wanted: of reactions, one request that names the joints of all.
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const room &wanted) {
   const reaction_request request = [&] {
     reaction_request all;
@@ -69,6 +76,7 @@ template <class S> bool run_state(const algorithm_row &row, const model &m, void
   const batch_view<S> batch = one.of(s);
   with_forces<S> work(row, m);
   work.lay_out(pieces, batch, 1);
+  // What the tree has judged is what its kernel wrote.  Rows that solve with M, to whose results elements have added since, are judged again.
   const bool ordinary = work.run(batch, 0, 1), as_kernel_wrote = row.elements == elements_by::wrenches;
   return ordinary && (!row.needs_mass || as_kernel_wrote || ordinary_results(row, m, s));
 }

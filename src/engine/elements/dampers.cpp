@@ -9,6 +9,7 @@ bool has_dampers(const model &m) {
   return m.acting_force_elements() > 0 && std::any_of(m.force_elements().begin(), m.force_elements().end(), damps);
 }
 
+/// −Σ c l̇²: a damper pulls its points together by c l̇ while they part by l̇.
 double dampers::power(const double *q, const double *v) {
   at_.set(q, v);
   double power = 0;

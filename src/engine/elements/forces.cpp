@@ -1,3 +1,5 @@
+// For sentences and for queries a state is a batch of one, whose rows have a stride of zero, with all elements of the model: those that
+// physics_options leave out have lengths and tensions, too.
 #include "engine/elements/forces.hpp"
 
 #include "ksl/force_elements.hpp"
@@ -68,6 +70,7 @@ template std::string reason(const model &, const float *, const float *);
 
 namespace ksl {
 
+/// Results are there before a fault is told: the length of an element that is beyond its stops is what one wants to see.
 void force_element_states(const model &m, const double *q, const double *v, double *length, double *rate,
                           double *tension) {
   elements::found_forces found(m);

@@ -91,6 +91,8 @@ template <class S, class Tree> auto forces<S, Tree>::angular(int state, int end)
   return three<R>(twists_ + (std::ptrdiff_t(state) * ends() + end) * 6 + 3);
 }
 
+// In world axes, for both ends of each element: p = o + R r and ṗ = v + ω × R r, o, R, v and ω of the link; the law from p₂ − p₁ and its rate; and
+// the wrench at the link's origin, (±f u, R r × ±f u), turned back by Rᵀ where the batch has wrenches in the axes of links.
 template <class S, class Tree> bool forces<S, Tree>::set(const batch_view<S> &batch, std::size_t first, int n) {
   using A = algebra<R>;
   batch_view<S> part;

@@ -27,6 +27,7 @@ template <class S> void tree_of_states<S>::lay_out(arena &memory) {
     std::fill_n(zero_, m_.nv(), S(0));
 }
 
+/// Calls for one state take arrays for all inputs and results of the row; those of batches leave absent ones out.
 template <class S> bool tree_of_states<S>::call(const algorithm_row &row, const batch_view<S> &part) {
   const way_calls<S> &calls = calls_in(mimic::ways<S>, row, m_);
   if (part.n > 1)

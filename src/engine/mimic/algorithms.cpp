@@ -56,6 +56,8 @@ template <class S> struct dense {
     return measure.used();
   }
 
+  /// Two calls of kernels for some states at a time, b = Gᵀ b̂ at v̂ = G v and â = 0, and M = Gᵀ M̂ G; then each state is solved by itself, in
+  /// scalars: a factorisation has too few equal steps for lanes at these sizes.
   void batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const int nv = m.nv(), states = states_at_a_time();
     arena pieces(memory);
@@ -115,6 +117,7 @@ private:
 };
 
 /// One state, whose results nobody has looked at.
+/// The three structs of this room, by the row's mimic_by, as the table above has them.
 template <class S> void compute_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
   if (row.mimic == mimic_by::projection)
     projection<S>{computed(row), m}.state(memory, s);

@@ -124,6 +124,11 @@ template <class S> struct projection {
     return measure.used();
   }
 
+  ///
+  ///     given (n, nq or nv) ── expand ──▸ input_rows (n, n̂q or n̂v) ── kernel, in lanes ──▸ result_rows (n, width) ── reduce ──▸ given
+  ///
+  /// Part by part of some states, which stay in the caches meanwhile.  Numbers that are the same in both mechanisms, wrenches and poses, go by as
+  /// they are.
   void batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const extents own = extents_of(m, given), full = expanded(m, own);
     const int states = states_at_a_time(full);

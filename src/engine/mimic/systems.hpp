@@ -371,6 +371,12 @@ private:
   }
 
   /// The definitions of ksl/engine/algorithms/operational_space/operational_space.hpp.
+  ///
+  ///     w.square    J M⁻¹ Jᵀ → Λ, its pseudo-inverse (rows, rows); as it is for operational_inverse      result 0
+  ///     w.pivots    memory of the inversion, and then x'' = J̇ v − J M⁻¹ b, accelerations without efforts
+  ///                 bias −Λ x''                                                                       result 1, for operational_space
+  ///     w.solved    J M⁻¹ (rows, nv): M⁻¹ Jᵀ Λ is its transpose times Λ, (nv, rows)                       result 2
+  ///                 the rank of J M⁻¹ Jᵀ                                                              result 3, or 1 of operational_inertia
   void set_operational(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), rows = 6 * given.links.n;
     set_inverse(w, given);

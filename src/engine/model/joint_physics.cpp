@@ -1,3 +1,14 @@
+// What becomes of a joint's numbers, with the option that turns each on (the law: ksl/engine/model/joint_physics.hpp):
+//
+//     of a description                  of a coordinate                    option
+//     damping, spring_stiffness         damping, stiffness                 damping, spring
+//     friction, friction_width w        friction, friction_width           friction, or exact friction with w = `narrowest`
+//     armature                          armature                           armature
+//     rotor_inertia I, gear_ratio n     armature += I n²                   rotor
+//                                       a body JOINT_rotor with I a aᵀ     rotor bodies
+//
+// A rotor that turns by n q̇ about the joint's axis a, relative to a parent that turns by ω, has the energy ½ I (a · ω + n q̇)².  Armature has ½ I n²
+// q̇² of it, and leaves out what the parent's motion does; the body, on the parent and with the position n q, has all of it.
 #include "engine/model/joint_physics.hpp"
 
 #include "description/structure/check.hpp"
@@ -147,6 +158,8 @@ void remove_rotors(robot_description &robot) {
     refuse_on_rotor(of.link1, of.at, "force element", of.name, "first");
     refuse_on_rotor(of.link2, of.at, "force element", of.name, "second");
   }
+  // index[l]: the place of link l among those that stay.  Of three links, the second a rotor: (0, 1, 1); that of one that goes is never read, since
+  // all that could be on it has been refused.
   std::vector<int> index;
   std::vector<link_description> links;
   for (std::size_t l = 0; l < robot.links.size(); ++l) {

@@ -30,6 +30,7 @@ bool is_beyond(const model &m, const link_section &section, int joint) {
                                      loop.successor == section.link ? loop.successor_pose.t : loop.predecessor_pose.t);
   }
   const joint_row &row = m.joints()[number];
+  // n · (0 − p) > 0
   if (row.link == section.link) // its origin is the link's, and in the plane it is near
     return sections::dot(section.normal, sections::three<double>(section.point)) < 0;
   return sections::is_point_beyond(section,

@@ -57,6 +57,8 @@ SE3<double> pose_at(const joint_description &joint, std::vector<double> q) {
 }
 
 /// The joint is fixed at this position.  What it has besides its name, its links and its placement is no more.
+///
+///     parent ── placement ──▸ joint's frame ── pose at q ──▸ child          a weld has the product as its placement
 void freeze(joint_description &joint, const std::vector<double> &q) {
   if (joint.kind == joint_kind::fixed)
     refuse("joint " + joint.name + " is fixed already; leave it out");

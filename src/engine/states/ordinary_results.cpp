@@ -19,6 +19,7 @@ template <class S> bool all_finite(const S *x, std::ptrdiff_t n) {
 template <class S> bool ordinary_result(const algorithm_row &row, const model &m, int r, const extents &own,
                                         const S *x) {
   const bool triangle = row.mimic == mimic_by::upper_triangle; // below the diagonal nothing was written
+  // row i of an upper triangle has n − i numbers from i (n + 1) on; a whole result is one row of them
   const std::ptrdiff_t rows = triangle ? m.nv() : 1, n = triangle ? m.nv() : numbers_of(row.result[r], own);
   for (std::ptrdiff_t i = 0; i < rows; ++i)
     if (!all_finite(x ? x + i * (n + 1) : x, n - i))
