@@ -1,6 +1,18 @@
 // The C interface of the builder, and of models made from others.
 //
 // A builder copies all that it is given.  A call that fails leaves it as it was, and a model that was built doesn't follow it any more.
+//
+// How C says what C++ says by types:
+//
+//     C                                         C++
+//     ksl_SE3_t, null for the identity          SE3<double>, the same layout: columns of R, then t
+//     inertia[row][column]                      mat3x3, column by column
+//     a vector, null where it isn't given       std::optional<vec3>
+//     a number, NaN where it isn't given        optional_number
+//     an index of a link or joint               its name, by which descriptions know it: made models number anew
+//     ten parameters of a link                  m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin, as regressors have them
+//
+// Models are made from descriptions, so that options of the first, floating base and gravity say, are those of the new one.
 #include "c_api/calls.hpp"
 #include "engine/building/inertias.hpp"
 
@@ -77,6 +89,7 @@ void require_joint(const ksl_model_t *m, int joint) {
 }
 
 /// Runs `make`, which returns a description or a model, with the result in *made.  Null where it fails.
+/// `make` may return a description, from which the model is then built, or a model, as with_gravity does, which shares what stays.
 template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model_t **made, Make &&make) {
   return created(made, model, "model and made must not be null", [&] { return new ksl_model_t{ksl::model(make())}; });
 }
@@ -195,6 +208,7 @@ ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const
                                           ksl_model_t **made) {
   return made_from(model, made, [&] {
     require(n >= 0 && ((joints && q) || n == 0), "joints and q must not be null, and their number not negative");
+    // q: [ nq numbers of joints[0] | those of joints[1] | … ]
     std::vector<ksl::frozen_joint> frozen;
     for (int i = 0; i < n; ++i) {
       require_joint(model, joints[i]);
@@ -312,6 +326,7 @@ ksl_status_t ksl_model_joint_info(const ksl_model_t *m, int joint, ksl_joint_inf
     require_joint(m, joint);
     const ksl::joint_row &row = m->model.joints()[static_cast<std::size_t>(joint)];
     const ksl::joint_kind_row kind = ksl::row_of(row.kind);
+    // followers and fixed joints have no numbers in q and v; limits that a joint hasn't are infinite
     const bool moves = row.q_index >= 0;
     *info = {kind.name,
              row.parent_link,

@@ -84,6 +84,7 @@ template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t
     throw bad_argument("n is " + std::to_string(n) + ": so many rows of " + name + " don't fit into any memory");
 }
 
+/// Values of enumerations are checked before they are cast: C passes any int.
 reaction_request request_of(const ksl_model_t *m, int *links, const joints_argument &asked) {
   const auto [n, joints, options] = asked;
   const int of_tree = ksl_model_joints(m), all = of_tree + static_cast<int>(m->model.loops().size());
@@ -153,6 +154,7 @@ private:
 
 /// Checks that all inputs and results of a batch that isn't empty are there, and that their rows can lie in memory.
 template <class S>
+/// Of each input and result its extent in memory; then, of results, that their own rows are apart, and that they are apart from all that is read.
 void require_arrays(const algorithm_row &row, const model &m, const batch_view<S> &batch, int joints_n,
                     const rows_view<S> &wrenches) {
   for (int i = 0; i < row.inputs; ++i) {
@@ -196,6 +198,8 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     const bool any = batch.n > 0;
     if (external) // an empty batch needs no wrenches: anything but null stands for them
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
+    // The order of checks: the model and the row; links, before extents are taken from their number; wrenches and joints; arrays, whose extents are
+    // known then.
     // the thread keeps memory for arguments and for workspaces apart: compute_batch uses the latter while these are read
     batch_arguments<S> arguments;
     const bool of_joints = row.request == request_kind::joints || row.request == request_kind::reactions;

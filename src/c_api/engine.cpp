@@ -2,6 +2,12 @@
 //
 // Strings that are returned belong to the model, and live as long as it; messages belong to the thread.  What a caller gives is copied or read within
 // the call.
+//
+// ksl_reactions reads the wrenches of bodies that ksl_inverse_dynamics has left in the workspace.  holds_wrenches says whether they are there, by the
+// size of their numbers:
+//
+//     ksl_inverse_dynamics(_with_reactions)     8      any other call that writes to the workspace     0, before it computes
+//     the same in single precision              4      ksl_reactions(f)                                needs 8 (4), and leaves it
 #include "c_api/calls.hpp"
 #include "engine/building/inertias.hpp"
 
@@ -80,6 +86,8 @@ template <class Items> int found(const char *what, const ksl_model_t *m, const c
 }
 
 /// The section that a call names, checked.
+/// Joints in `beyond` are numbered as in requests for reactions: those of the tree, and then those that close loops.  Each has to have one end on the
+/// link that is cut.
 ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
   require(given, "section must not be null");
   ksl::c_api::require_links(m, 1, &given->link, "link");
@@ -165,6 +173,7 @@ ksl_model_t *read_model(const std::string &text, const std::string &name, const 
                             .mimic_independent = o.mimic_independent,
                             .strict = o.strict,
                             .model = o.model_name ? o.model_name : ""});
+  // a file that says nothing has the usual gravity, and then that of the options holds
   if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
     others.gravity.reset(); // that of the description
   return new ksl_model_t{

@@ -1,4 +1,7 @@
 // Inverse kinematics from C.
+//
+// Rows of a batch of n: start and q (nq), targets (frames, 4, 4) row-major, errors (2): of position, m, and of orientation, rad; ends, iterations and
+// starts one each.  Starts are read as solutions are written, state by state, so that q may be start; no result may lie over targets.
 #include "c_api/calls.hpp"
 #include "engine/model/pose_check.hpp"
 #include "engine/states/thread_memory.hpp"
@@ -61,6 +64,7 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
       wanted[f] = {frames[f].link, frames[f].position_weight, frames[f].orientation_weight};
     }
     options.frames_n = frames_n, options.frames = wanted;
+    // all targets and starts before anything is computed, and all results afterwards: a refused call leaves q as it was
     for (std::size_t k = 0; k < batch.n; ++k) {
       for (int f = 0; f < frames_n; ++f)
         require(is_pose(row(batch.target, k) + 16 * f),

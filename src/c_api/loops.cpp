@@ -1,4 +1,7 @@
 // Closed mechanisms from C.
+//
+// A workspace serves these calls as memory only, and they write over wrenches that inverse dynamics has left in it.  A model without loops has no
+// rows: results of no numbers may be null.  Calls that have no meaning for a tree refuse one, and name that for trees.
 #include "ksl/engine_loops.h"
 
 #include "c_api/calls.hpp"
@@ -23,6 +26,7 @@ template <class Call> ksl_status_t at_position(const ksl_model_t *m, ksl_data_t 
 }
 
 /// Flags of coordinates in memory of the thread; none if they are null.
+/// bool of C may have any size; null stands for no flag.
 const unsigned char *flags_of(const model &m, const bool *given) {
   const std::size_t nv = static_cast<std::size_t>(m.nv());
   unsigned char *const flags = reinterpret_cast<unsigned char *>(thread_memory(kept_for::arguments, nv));

@@ -1,4 +1,7 @@
 // Simulation from C.
+//
+// A task holds pointers into arrays of the caller's and into vectors of this call, where C and C++ differ: flags of driven joints, rules of events,
+// and wrenches, which are constant here, rows over time with one row.
 #include "ksl/engine_simulate.h"
 
 #include "c_api/calls.hpp"
@@ -13,6 +16,7 @@
 namespace ksl::c_api {
 namespace {
 
+/// rows[run · run_stride + k · columns + c], number c at times[k]; a stride of 0 has the same rows for all runs, which are then checked once.
 rows_over_time rows_of(const ksl_rows_over_time_t &given, std::ptrdiff_t columns, std::size_t runs, const char *name) {
   if (given.n == 0)
     return {};
@@ -94,6 +98,7 @@ void set_events(const ksl_simulation_t &given, simulation &task, std::vector<eve
   task.event_values = given.event_values, task.event_context = given.event_context;
 }
 
+// The accelerations themselves are dropped: what counts is that there are some at each start, with efforts of zero.
 // Forward dynamics refuses a start that isn't closed, before any run begins.
 void require_closed(const model &m, const simulation &task) {
   data d(m);

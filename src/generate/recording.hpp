@@ -2,7 +2,7 @@
 // inertias may be inputs.
 //
 // Steps may not depend on inputs: where an algorithm would branch by a number it has math<T>::select, which becomes a step with both values.  A
-// condition becomes a bool only where constants decide it, as of a link without mass, and there a recording takes one branch alone.
+// condition becomes a bool only where constants decide it, and there a recording takes one branch alone.
 #pragma once
 
 #include "generate/graph.hpp"

@@ -61,6 +61,8 @@ std::string name_of(const element &at, const robot_description &robot, int a, in
 
 bool is_drake_element(std::string_view tag) { return tag == ball || tag == spring; }
 
+/// p_AP is the point P on body A, in A's frame, and p_BQ the point Q on B: both coincide.  The frames on both sides have the axes of their links,
+/// which a ball leaves free.
 loop_description ball_constraint_in(const element &at, const link_lookup &link) {
   const children of(at);
   loop_description out;
@@ -71,6 +73,7 @@ loop_description ball_constraint_in(const element &at, const link_lookup &link) 
   return out;
 }
 
+/// f = stiffness (l − free_length) + damping dl/dt between P and Q.
 force_element_description spring_damper_in(const element &at, const link_lookup &link) {
   const children of(at);
   force_element_description out;

@@ -15,6 +15,8 @@ std::string bytes_of_robot_text(const char *text, std::size_t length, const std:
   return {text, length};
 }
 
+/// The root element says which format it is: <sdf>, or <robot> of URDF, whose reader refuses all others by what they seem to be.  A floating base is
+/// known to SDF's reader, since links float on the world there, and set behind URDF's.
 robot_description read_robot_text(const std::string &text, const std::string &name, const read_options &options) {
   const nearest_rounding rounding;
   const text::xml_file file(text, name);

@@ -592,6 +592,10 @@ double sdf_reader::pitch_in(const element &joint, double &metres_a_revolution) c
   return -1 / *older;
 }
 
+/// <axis> is of number 0, <axis2> of number 1:
+///
+///     axis      xyz, expressed_in;  limit: lower, upper, effort, velocity;  dynamics: damping, friction, spring_…;  mimic
+///
 /// Limits of number 0 or 1 of the joint's position.  1e16, or −1 for an effort or a velocity, stands for no limit in older files.
 void sdf_reader::read_limit(const element &axis, int number, joint_description &out) {
   const element limit = axis.child("limit");
@@ -626,6 +630,7 @@ void sdf_reader::read_limit(const element &axis, int number, joint_description &
                  "; exchange or correct them");
 }
 
+/// As multiplier × the other's + (offset − multiplier × reference), which descriptions have:
 /// position = multiplier × (the other's − reference) + offset; SDF has it since version 1.11.
 void sdf_reader::read_mimic(const element &mimic, const std::string &scope, joint_description &out) {
   if (options_.mimic_independent)
@@ -796,6 +801,8 @@ void sdf_reader::connect_all() {
   std::vector<std::pair<int, int>> ends;
   for (const connection &each : connections_)
     ends.emplace_back(link_index_.at(each.parent), link_index_.at(each.child));
+  // Roots are the world, link 0, and links that no joint carries, which then float on it (add_floating); a cycle that no root leads to is refused by
+  // check_tree.
   const std::vector<bool> in_tree = spanning_tree(robot_.links.size(), ends);
   for (const part &gearbox : gearboxes_)
     couple(gearbox, in_tree);

@@ -107,6 +107,7 @@ SE3<double> frame_graph::in_world(const std::string &full_name) const {
   return pose;
 }
 
+/// With common the first frame on both ways: (X₁ X₂ … from common to `in`)⁻¹ (Y₁ Y₂ … from common to `of`).
 std::optional<SE3<double>> frame_graph::relative_within(std::size_t most, const std::string &in,
                                                         const std::string &of) const {
   // only as far as their first common frame: then a pose that the file gives is not changed by rounding

@@ -1,3 +1,8 @@
+//     pose        x y z roll pitch yaw       R = Rz(yaw) Ry(pitch) Rx(roll), in rad, or in degrees where it says so
+//                 x y z qx qy qz qw          rotation_format="quat_xyzw"
+//     inertial    pose: the centroid, and axes there; mass; inertia: ixx … about the centroid, in these axes
+//
+// Numbers stay as they are in the file, in given_…: a robot that is written has them again, not what they have become.
 #include "load/sdf_values.hpp"
 
 #include "description/parts/given.hpp"

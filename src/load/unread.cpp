@@ -107,6 +107,7 @@ std::optional<stated_mimic> mimic_in(const text::xml_file &file, const part_name
 
 } // namespace
 
+/// "arm::hand" is tried whole, and then without what is before the last "::".
 bool part_names::add_one(std::string_view name, found &out) const {
   const auto link = links_.find(name);
   const auto joint = joints_.find(name);
@@ -120,6 +121,7 @@ bool part_names::add_one(std::string_view name, found &out) const {
   return scope != name.npos && add_one(name.substr(scope + 2), out);
 }
 
+/// A text is a name, or a list of names and numbers, separated by blanks, commas or semicolons.
 void part_names::add_named(const std::string &text, found &out) const {
   const std::string_view whole = text::trimmed(text);
   if (whole.empty() || text::number_in(whole) || add_one(whole, out))
@@ -183,6 +185,7 @@ bool is_plugin(pugi::xml_node node) {
   return node.name() == std::string_view("plugin") || node.attribute("plugin") || node.attribute("filename");
 }
 
+/// Equal to 1e-9, since a file may state a coupling twice, by decimal numbers: p the follower's position, q the leader's, p = multiplier q + offset.
 void follow(const text::xml_file &file, const stated_mimic &mimic, joint_description &follower,
             const joint_description &leader) {
   const auto same = [](double x, double y) { return std::fabs(x - y) <= 1e-9 * std::max(1.0, std::fabs(y)); };

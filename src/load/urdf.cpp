@@ -649,6 +649,7 @@ void urdf_reader::read_rotor(const element &actuator, joint_description &out) {
   set_rotor(value("drake:rotor_inertia"), value("drake:gear_ratio"), "drake:rotor_inertia, drake:gear_ratio", out);
 }
 
+/// Rotors are read in three steps, each of which leaves what those before it have set: <dynamics>, Drake's actuators, transmissions of ROS.
 /// A rotor that stands elsewhere than in <dynamics>, which comes first.
 void urdf_reader::set_rotor(optional_number inertia, optional_number ratio, const std::string &what,
                             joint_description &out) {

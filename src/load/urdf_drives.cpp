@@ -1,3 +1,5 @@
+// A joint has a motor where a <transmission> has an <actuator> for it, or <ros2_control> a <command_interface>.  Joints that only report their state
+// have a <state_interface> alone.
 #include "load/urdf_drives.hpp"
 
 #include "ksl/engine/model/joints.hpp"

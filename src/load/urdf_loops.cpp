@@ -277,6 +277,9 @@ void split_loops(robot_description &robot, const std::set<std::string> &motors, 
   robot.joints = std::move(tree);
 }
 
+/// Upwards from each link over welds to the first joint that moves, or to a link that is known:
+///
+///     root ─ j1 ─ a ═ b ═ c       from c: c, b, a are welded, j1 moves all three
 std::vector<int> moving_joints(const robot_description &robot) {
   std::vector<int> above(robot.links.size(), -1);
   for (std::size_t j = 0; j < robot.joints.size(); ++j)

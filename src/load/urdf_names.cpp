@@ -1,3 +1,4 @@
+// Names of kinds are those of ksl::joint_kinds, with the names that URDF or other formats have for some of them (other_name).
 #include "load/urdf_names.hpp"
 
 #include "ksl/engine/model/joints.hpp"

@@ -1,3 +1,7 @@
+//     origin      xyz="x y z" rpy="roll pitch yaw"       R = Rz(yaw) Ry(pitch) Rx(roll); or quat_xyzw="x y z w"
+//     inertial    origin: the centroid, and axes there; mass value; inertia ixx … about the centroid, in these axes
+//
+// What is left out is zero, or the identity; axes are x where <axis> is missing, as URDF has it.
 #include "load/urdf_values.hpp"
 
 #include "description/parts/given.hpp"

@@ -1,5 +1,16 @@
 // Writes descriptions as URDF: the numbers that were read, where they still give the description's, otherwise such that
 // reading them gives the description's to rounding.
+//
+// Files and descriptions have different numbers: angles and matrices, axes of any length and unit vectors, moments about the centroid and about the
+// origin. A description keeps those of the file, `given`, which are written as long as they still make the description's numbers bit by bit.
+// Otherwise:
+//
+//     rotation      roll, pitch, yaw by arctangents, exact to rounding        angles_of
+//     inertia       moments about the centroid, in the link's axes            inertia_as_given
+//     axis          the unit vector                                           axis_as_given
+//     pitch         metres a revolution, one that divides to the same bits    pitch_as_given
+//
+// Decimal numbers are the shortest that are read as the same double.  What URDF can't say, gravity and a floating root, stands in comments.
 #include "ksl/urdf.hpp"
 
 #include "description/parts/given.hpp"

@@ -56,6 +56,7 @@ void check_mass(const std::string &name, const link_mass &of) {
   if (skew > 1e-6 * largest)
     refuse(who + "its inertia is not symmetric, two elements differ by " + shown(skew) +
            "; give Ixy = Iyx, Ixz = Izx, Iyz = Izy");
+  // of a mass of 1 with its centre in the origin, so that no share of the mass is taken off the matrix
   const double least = principal_moments({1, {0, 0, 0}, I.m00, I.m11, I.m22, I.m01, I.m12, I.m02})[0];
   if (least < -1e-6 * largest)
     refuse(who +
@@ -86,6 +87,8 @@ vec3<double> checked_axis(const std::string &who, const joint_kind_row &row, con
 
 /// Copies the limits that the kind can have, and refuses others.  An infinite limit counts as none.
 void set_limits(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
+  //     number of q    0              1, 2                     how many a kind has: numbers_with_limits
+  //     limits         lower, upper   further[0], further[1]
   const auto check = [&](const std::string &what, const optional_number &x, bool may_have) {
     if (!x)
       return;
@@ -219,6 +222,7 @@ builder &builder::add_link(const std::string &name, const link_mass &mass) {
   link_description link;
   link.name = name;
   if (mass.mass > 0 || I.m00 != 0 || I.m11 != 0 || I.m22 != 0) {
+    // without mass and moments it has no <inertial> where the model is written
     link.has_inertial = true;
     const auto mean = [](double x, double y) { return x == y ? x : (x + y) / 2; };
     link.given = {mass.mass,
@@ -320,6 +324,7 @@ robot_description builder::description(const check_options &how) const {
   return robot;
 }
 
+/// Payloads may be the only masses, and a floating root moves all links: what moves, and has mass, is known with the options of the model alone.
 model model_of(robot_description robot, const model_options &options, const check_options &how) {
   std::set<std::string> with_payload;
   for (const payload &p : options.payloads)

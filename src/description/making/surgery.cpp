@@ -1,4 +1,9 @@
 // Robots made from other robots, on descriptions.  The one that needs the pose of a joint is in engine/run/frozen_joints.cpp.
+//
+// What refers to links and joints, and so has to follow where lists of them change:
+//
+//     by index of links    joint.parent and .child;  loop.predecessor and .successor;  force element link1 and link2
+//     by name of joints    mimic.joint;  drives;  compliances, whose empty name is the joint to the ground
 #include "ksl/surgery.hpp"
 
 #include "description/parts/rigid_pose.hpp"
@@ -323,6 +328,7 @@ robot_description subtree(const robot_description &robot, const std::string &lin
   };
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     joint_description joint = robot.joints[j];
+    // a mimics b by (m₁, o₁), b mimics c by (m₂, o₂), and b stays behind: a then names c itself, by (m₁ m₂, m₁ o₂ + o₁)
     if (leaders[j].joint >= 0 && is_inside(joint)) { // the joint that it names may be a follower, and left behind
       const joint_description &leader = robot.joints[index(leaders[j].joint)];
       if (!is_inside(leader))

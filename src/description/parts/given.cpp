@@ -56,6 +56,7 @@ mat3x3<double> rotation_of(const given_rotation &rotation) {
   return {1, 0, 0, 0, 1, 0, 0, 0, 1};
 }
 
+/// Files have moments about the centroid, in axes of their own that `axes` leads to the link's: I_o = R I Rᵀ + m (c·c 1 − c cᵀ), h = m c.
 spatial_inertia<double> inertia_of(const given_inertia &inertia) {
   const auto &[xx, yy, zz, xy, yz, zx] = inertia.moments;
   const mat3x3<double> I = turned(rotation_of(inertia.axes), {xx, xy, zx, xy, yy, yz, zx, yz, zz}); // in link axes

@@ -1,3 +1,5 @@
+// Axes are unit vectors in the joint's frame, the second one in the child's; placement is the joint's frame in its parent's.  A first axis of zero is
+// one that wasn't given, and stands for the usual axis of the kind.
 #include "description/parts/joint_numbers.hpp"
 
 #include "ksl/engine/model/joints.hpp"
@@ -37,6 +39,7 @@ void check_axes(const robot_description &robot, const joint_description &joint) 
   vec3<double> normal;
   const vec3<double> first = axis_of(joint);
   algebra<double>::cross_vv(&first, &joint.axis2, &normal);
+  // |u₁ × u₂| is the sine of the angle between them: beside zero the angles about both are not told apart
   if (length(normal) < 1e-6)
     refuse_joint(robot, joint,
                  who + "needs two axes that are not parallel; correct one of them, or make it a revolute joint");

@@ -222,6 +222,7 @@ std::string fault_of(const spatial_inertia<double> &I) {
 std::vector<bool> moving_links(const robot_description &robot, bool floating_base) {
   const std::vector<int> above = joints_above(robot);
   // links that are welded to each other are decided at once, by what carries the uppermost of them
+  //     ground ─ base ═ plate ─ revolute ─ arm ═ tool        ═ welded        base and plate rest, arm and tool move
   enum { unknown, rests, moves };
   std::vector<int> state(robot.links.size(), unknown);
   for (int start = 0; start < static_cast<int>(robot.links.size()); ++start) {

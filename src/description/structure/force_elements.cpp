@@ -1,3 +1,9 @@
+// What a force element may be: f = preload + stiffness (l − free_length) + damping dl/dt, and stop_stiffness beyond its limits
+// (engine/elements/law.hpp).
+//
+//     stiffness, stop_stiffness   N/m        free_length, lower, upper   m        damping   N s/m        all of them zero or more
+//     preload                     N          a tension where it is positive
+//     points                      m          in the frames of two links, which the element pulls together
 #include "description/structure/force_elements.hpp"
 
 #include "ksl/surgery.hpp"

@@ -1,3 +1,11 @@
+// A joint that closes a loop is one like those of the tree, between its frames p and s on two links, but has no coordinate:
+//
+//     predecessor ── predecessor_pose ──▸ p ─ joint ─ s ◂── successor_pose ── successor
+//
+//     as_loop(joint)         predecessor = parent, predecessor_pose = placement; successor = child, whose frame s is: successor_pose = 1
+//     as_tree_joint(loop)    the same backwards, for checks of axes and pitch; the successor's pose has no place in it
+//
+// Whatever is said of a coordinate, limits, friction or a drive, is lost where a joint closes a loop (lost_in_loop).
 #include "description/structure/loops.hpp"
 
 #include "description/parts/items.hpp"
@@ -112,6 +120,7 @@ bool stores_energy(const std::array<double, 36> &C) {
 }
 
 /// Refuses compliances of unknown joints, and matrices that store no energy.
+/// A matrix (6, 6) for each joint that gives way, and `loose`, Σ u uᵀ over directions in which nothing resists; both are of wrenches at the joint.
 void check_compliances(const robot_description &robot) {
   std::vector<std::string> names;
   for (const joint_description &joint : robot.joints)
@@ -176,6 +185,7 @@ std::string floating_base_name(const robot_description &robot) {
   return surgery::free_joint_name(robot, is_taken ? "floating_root" : "floating_base");
 }
 
+/// After joints have gone: drives and compliances of those that are left, each drive with its weight.
 void keep_drives(robot_description &robot) {
   // an empty name is that of the joint to the ground, which is in no list
   std::erase_if(robot.compliances, [&](const joint_compliance &of) {

@@ -1,3 +1,7 @@
+// Followers of followers, each once.  A path is walked to the first joint whose leader is known, or that follows none, and then resolved backwards:
+//
+//     named      d → c → b → a          c: q_c = m q_b + o
+//     path       d, c, b                resolved as b, c, d: all follow a
 #include "description/structure/mimic.hpp"
 
 #include "ksl/engine/model/joints.hpp"

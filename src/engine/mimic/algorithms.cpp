@@ -56,8 +56,7 @@ template <class S> struct dense {
     return measure.used();
   }
 
-  /// Two calls of kernels for some states at a time, b = Gᵀ b̂ at v̂ = G v and â = 0, and M = Gᵀ M̂ G; then each state is solved by itself, in
-  /// scalars: a factorisation has too few equal steps for lanes at these sizes.
+  /// Two calls of kernels for some states at a time, b = Gᵀ b̂ at v̂ = G v and â = 0, and M = Gᵀ M̂ G; then each state is solved by itself.
   void batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const int nv = m.nv(), states = states_at_a_time();
     arena pieces(memory);
