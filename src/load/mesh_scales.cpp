@@ -50,8 +50,8 @@ struct mesh_finder : pugi::xml_tree_walker {
 
 } // namespace
 
-/// A mesh that two links draw at scales of 1 and 0.001, say, was made in metres by one and in millimetres by the other: the same hand may have
-/// written their masses and lengths.
+/// A mesh that two links draw at scales of 1 and 0.001, say, was made in metres by one and in millimetres by the other; masses and
+/// lengths of the file may be in two units, too.
 std::vector<std::string> mesh_scale_warnings(pugi::xml_node robot) {
   mesh_finder found;
   robot.traverse(found);

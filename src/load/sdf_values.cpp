@@ -2,7 +2,7 @@
 //                 x y z qx qy qz qw          rotation_format="quat_xyzw"
 //     inertial    pose: the centroid, and axes there; mass; inertia: ixx … about the centroid, in these axes
 //
-// Numbers stay as they are in the file, in given_…: a robot that is written has them again, not what they have become.
+// Numbers of the file are kept, angles in rad, in given_rotation and given_inertia: a robot that is written has them again.
 #include "load/sdf_values.hpp"
 
 #include "description/parts/given.hpp"

@@ -1,3 +1,6 @@
+//     rate_   [ 0: at the start | 1 … 11: at stages | 12: at the end, 0 of the next step | 13 … 15: for the polynomial ],  each (2 nv + 1)
+//
+// u begins at zero in each step: q_ is the position there, and end_ has the step u in its first nv numbers.
 #include "simulate/methods/dop853.hpp"
 
 #include "ksl/engine/model/joints.hpp"

@@ -1,5 +1,9 @@
 // Coefficients of the method of Dormand and Prince of order 8(5,3) with its dense output of order 7, as Hairer, Nørsett and Wanner publish
 // them (Solving Ordinary Differential Equations I, 2nd edition, section II.5 and the program DOP853).
+//
+//     c_s │ a_sj, j < s          rows 1 … 11: stages
+//     1   │ b_j                  row 12: the step, and the 13th rate at its end
+//     c_s │ a_sj                 rows 13 … 15: for dense output
 #pragma once
 
 namespace ksl::simulating::dop853 {

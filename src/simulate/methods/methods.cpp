@@ -17,6 +17,8 @@ std::unique_ptr<method> make_method(stepping how, const system &of, std::size_t 
   __builtin_unreachable();
 }
 
+/// ⌈(end − begin) / step⌉, at least 1: but where the quotient is a whole number up to the rounding of times, and up to 1e-12 of itself, no further
+/// step is made for that.
 double equal_steps(double begin, double end, double step) {
   constexpr double quotient = 1e-12, times = 2 * std::numeric_limits<double>::epsilon();
   const double length = end - begin, rounding = times * std::fmax(std::fabs(begin), std::fabs(end));

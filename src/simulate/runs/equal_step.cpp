@@ -1,3 +1,5 @@
+//     start_ ──────── step h ────────▸ end_
+//     start_ ── share · h ──▸ within_
 #include "simulate/runs/equal_step.hpp"
 
 #include "simulate/methods/methods.hpp"

@@ -299,6 +299,8 @@ struct part_search {
 
 } // namespace
 
+/// Part by part, up to the first that has an event, and one beyond for tangents.  Of several in a part the first counts; with it, all of
+/// the user's at the same instant, so that their order doesn't depend on rounding.
 found_event first_event(event_functions &functions, continuous_step &step) {
   found_event found;
   sampled_functions samples(functions, step);

@@ -106,6 +106,7 @@ private:
         end(k, i, how == outcome::not_finite ? ending::not_finite : ending::not_solved, -1);
   }
 
+  /// What `closure` says of a row of results is the most that loops have opened since the row before.
   void project() {
     for (std::size_t k = 0; k < b_.n; ++k) {
       double *const q = b_.q.data() + k * of_.nq();
@@ -172,6 +173,7 @@ std::size_t runs_at_once(const model &m, const simulation &task) {
     return 1;
   if (task.drives.function) // which then is called with all runs
     return std::max<std::size_t>(task.runs, 1);
+  // the numbers of a run in one stage, q, v, a and the work, times stages: as many runs as fit, in whole registers of lanes
   const std::size_t of_run = sizeof(double) * stages_kept * static_cast<std::size_t>(m.nq() + 2 * m.nv() + 1);
   const std::size_t n = bytes_of_runs / of_run / lanes_at_most * lanes_at_most;
   return std::min(most_at_once, std::max(lanes_at_most, n));

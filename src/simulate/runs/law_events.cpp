@@ -1,3 +1,8 @@
+//     event          velocities                              modes
+//     lower, upper   impact: of all that strike              at a limit, if the flight would take no time; else as they were
+//     stops          v_k = 0                                 sticks, if its friction holds it
+//     lets_go        as they are                             slides, or free
+//
 #include "simulate/runs/law_events.hpp"
 
 #include <algorithm>

@@ -67,6 +67,7 @@ int not_finite_speed(const system &of, const block &b, std::size_t k) {
   return -1;
 }
 
+/// The first coordinate whose velocity or acceleration isn't finite; 0 where only numbers of q aren't; −1: all are.
 int not_finite(const system &of, const block &b, std::size_t k) {
   const std::size_t nv = of.nv();
   for (std::size_t i = 0; i < nv; ++i)

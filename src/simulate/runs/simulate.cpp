@@ -94,6 +94,11 @@ public:
   }
 
 private:
+  /// Which of three, for runs [first, first + n):
+  ///
+  ///     run_fixed_steps    no laws and no events, steps of equal length: in lanes, step by step
+  ///     run_under_laws     laws or events, and an explicit method for a tree: in lanes, and alone where something may happen
+  ///     run_single         dop853, and all others with laws or events: n = 1
   void compute(std::size_t first, std::size_t n) {
     if (go_in_lanes_under_laws(m_, task_))
       run_under_laws(m_, task_, out_, first, n, record_.ends.data() + first, events_.data() + first);

@@ -52,6 +52,14 @@ constexpr std::size_t watched_steps = 10'000;
 // advance() tries one step.  An accepted one ends in finish(): is a singular position in it, then events, results, and its end, arrive().
 // Where a singular position is ahead, steps end before it, and the polynomial of the last one leads over it (pass_over).
 //
+// What calls what; each returns how the run ends, or `complete` where it goes on:
+//
+//     advance ─┬─ no room before the break ─────────── pass_time ──────────────────────────────┐
+//              ├─ dop853 ── try_step ─┬─ rejected: a shorter one next time                      │
+//              │                      └─ accepted, or pass_over ─┐                              ▼
+//              └─ equal lengths ── take_equal_step ──────────────┴─ finish ── nothing ──▸ arrive ─┬─ a break: pass_break
+//                                                                      └─ an event ── happen ──▸ ┘└─ a time of results: store_here
+//
 // Near a singular position (singular_positions.hpp) steps of dop853 come to their limit, since accelerations lose their digits there.  A step that
 // would lead over one is taken again, up to some way before; from there the run follows the polynomial of its last accepted step, without evaluations:
 //
@@ -198,6 +206,7 @@ private:
   }
 
   /// Have the last steps that were tried, many, led to nearly nowhere.
+  /// Rejected steps count, too: steps that shrink towards a point in time where no state is finite lead nowhere, each a little less.
   bool stands_still() {
     const std::size_t tried = end_.steps + end_.rejected;
     if (tried < judged_ + watched_steps)
@@ -248,6 +257,8 @@ private:
   }
 
   ending try_step(double until, double room) {
+    // How long the step may be, in this order: it ends before a singular position by before_singular of itself; at the break, if it reaches it; and
+    // where two steps lead to the break, each is half of the way.
     dop853_step &step = *adaptive_;
     if (ahead_ <= passed_over * kept_)
       return pass_over(until, room);
@@ -310,6 +321,7 @@ private:
     const double singular = of_.closed() ? singular_.find(*step_, step_->end_position(b_.q.data()), passes_over()) : -1;
     if (singular > 0 && adaptive_ && task_.project && !passes_over() && is_before_singular(singular))
       return ending::complete;
+    // Which functions there are depends on the modes at the start: what is held may let go, what slides may stop, what is free may strike
     functions_.list();
     found_event event;
     // dop853's polynomial costs three evaluations: only where functions or results look into the step

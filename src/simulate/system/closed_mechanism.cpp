@@ -1,3 +1,9 @@
+// Four objects, each in memory of its own, since each keeps what the last call has left:
+//
+//     planned_       accelerations in lanes by the model's plan, which takes open states, too: its tolerance is any_opening
+//     state_         one state with pivots of its own: accelerations, responses to efforts by the same factors, G, Gᵀ M G
+//     assembly_      the way back onto the loops, and motions that keep them closed
+//     derivatives_   made when they are asked for, by sdirk4 alone
 #include "simulate/system/closed_mechanism.hpp"
 
 #include "engine/loops/tables.hpp"
@@ -137,6 +143,8 @@ double closed_mechanism::regularity(const double *q) {
   return state_->solved().last_pivot();
 }
 
+/// First the position, then the velocities there.  Both are left alone where they are closed to rounding, so that no rounding
+/// is added.
 bool closed_mechanism::project(double *q, double *v, double &opened, const unsigned char *held) {
   opened = error(q);
   if (!(opened <= loops::closed_within(m_.loop_tables(), q, m_.nq()))) {

@@ -20,6 +20,15 @@
 //
 // At an instant all coordinates without velocity are decided together, since efforts that hold one load the others: a linear complementarity
 // problem, in which a held one has a = 0 and λ within bounds, or else a leads the way that λ could not stop (settle).
+//
+// In formulas, for all k at rest at once, with a = a₀ + A λ and F the friction of coordinate k:
+//
+//     sticks        a_k = 0    −F ≤ λ_k ≤ F         at_lower    a_k = 0    λ_k ≥ −F        at_upper    a_k = 0    λ_k ≤ F
+//     slides_up     a_k ≥ 0    λ_k = −F             leaves it   a_k ≥ 0    λ_k = −F        leaves it   a_k ≤ 0    λ_k = F
+//     slides_down   a_k ≤ 0    λ_k = F
+//
+// A is positive semidefinite: through loops, or at a dead centre, where no effort moves a coordinate, A_hh is singular, and what others hold already
+// gets λ = 0 (solve).
 #pragma once
 
 #include "ksl/simulate.hpp"
@@ -117,6 +126,8 @@ private:
   std::vector<double> left_;      ///< acceleration of a coordinate that is to be held and can't be; 0: it is
   std::vector<mode> let_go_;      ///< how a coordinate that was let go at this instant was held; free: it wasn't
   std::vector<double> let_go_at_; ///< |λ| then
+  // all_columns_ (held coordinates of all runs, nv): row j is A e_j for the j-th of them, those of a run one after the other.  matrix_ (held, held)
+  // is A_hh of one run, right_ (held) the right side of (1) and then λ.
   std::vector<double> all_columns_, matrix_, right_, wanted_, response_;
   double *columns_ = nullptr; ///< accelerations (held, nv) that efforts of 1 at the coordinates held_ cause
   std::vector<int> held_, pivot_;

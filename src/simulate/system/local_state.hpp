@@ -5,6 +5,8 @@
 
 namespace ksl::simulating {
 
+///     y   [ u (nv) | v (nv) | W ]            q = q₀ ⊕ u
+///     dy  [ J⁻¹(u) v | a(q, v, t) | power ]
 class local_state {
 public:
   local_state(system &of, std::size_t run) : of_(of), run_(run), q_(of.nq()) {}

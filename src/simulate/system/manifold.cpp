@@ -49,6 +49,8 @@ void manifold::difference(std::size_t n, const double *q0, const double *q1, dou
 }
 
 /// out = [J Q; 0 J] x for the twists of curved joints, and out = x for the others.
+/// Twists are whole for the algebra's functions: a planar joint's (v_x, v_y, ω_z) becomes (v_x, v_y, 0, 0, 0, ω_z), and a ball's ω (0, 0, 0, ω).  The
+/// joint's numbers are closed under the map, so that the others stay zero.
 template <class Jacobian>
 void manifold::map(std::size_t n, const double *u, const double *x, double *out, Jacobian jacobian) const {
   const std::size_t nv = static_cast<std::size_t>(m_.nv());

@@ -34,6 +34,8 @@ void set_rotation(const double *q, double (&R)[3][3]) {
 
 } // namespace
 
+// Floating and planar joints on the ground, whose trees nothing holds.  The diagonal of M at their linear velocities is the mass that they carry,
+// unless an armature is added there.
 mass_centers::mass_centers(const system &of, std::size_t most) : nq_(of.nq()), nv_(of.nv()), is_center_(nv_, 0) {
   const model_view<double> view = of.of().view();
   for (const joint_row &joint : of.of().joints()) {
@@ -77,6 +79,7 @@ void mass_centers::set_position(const system &of, std::size_t n, const double *q
       //                                      [ −c_z  0     c_x ]
       //                                      [  c_y −c_x   0   ]
       const auto moment = [&](std::size_t lin, std::size_t ang) { return M[(t.v + lin) * nv_ + t.v + ang] / at.mass; };
+      // planar joints have v = (v_x, v_y, ω_z), floating ones v = (v_lin, ω): z is the column of ω_z
       at = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, M[t.v * nv_ + t.v]};
       const std::size_t z = t.axes == 3 ? 5 : 2;
       at.center[0] = moment(1, z), at.center[1] = -moment(0, z);

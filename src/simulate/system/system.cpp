@@ -144,6 +144,8 @@ void system::responses(const double *q, const std::vector<held_coordinate> &coor
   }
 }
 
+/// In this order: brakes that cut all; a function, which gives all; else the controller, gravity, what is given over time,
+/// and limits last, of the sum.
 bool system::set_efforts(double t, std::size_t first, std::size_t n, const double *q, const double *v) {
   set_wrenches(t, first, n);
   std::fill_n(tau_.data(), n * nv_, 0.0);
@@ -323,6 +325,7 @@ bool system::add_derivatives(double t, std::size_t run, const double *q, const d
   std::copy_n(tau_.data(), nv_, before);
   for (std::size_t k = 0; k < 2 * nv_; ++k) {
     const std::size_t c = k % nv_;
+    // about the root of the unit roundoff, 1.5e-8: half of the digits are left
     const double size = 1e-7 * std::fmax(1, k < nv_ ? 1 : std::fabs(v[c]));
     std::fill_n(step, nv_, 0.0), std::copy_n(v, nv_, w), std::copy_n(q, nq_, x);
     if (k < nv_)
