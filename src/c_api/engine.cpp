@@ -67,6 +67,7 @@ template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *u
 }
 
 /// The index of a name; if it is −1, the message says which names are near.
+/// Not a status, but an index: C asks once for each name, and a message is there if −1 comes.
 template <class Items> int found(const char *what, const ksl_model_t *m, const char *name, Items items) {
   int index = -1;
   guarded([&] {

@@ -371,6 +371,7 @@ int sdf_reader::add_link(const std::string &name) {
   return index;
 }
 
+/// What a link leaves out is 1 kg and 1 kg m² about its origin in SDF, which is told: other formats have nothing there.
 void sdf_reader::read_link(const part &link) {
   link.at.expect({"name"}, {"pose", "inertial", "visual", "collision", "gravity", "sensor", "light", "battery",
                             "audio_source", "audio_sink", "particle_emitter", "projector", "enable_wind",
@@ -770,6 +771,9 @@ double sdf_reader::sense_of(const part &gearbox, const char *tag, const connecti
 
 /// A gearbox holds no link.  With θ₁ and θ₂ the angles from the reference body to the parent about <axis>, and to the child about <axis2>,
 /// θ₂ = −ratio θ₁, as SDF states it: the joint of the child mimics that of the parent.
+///
+///     reference ─┬─ revolute, θ₁ ── parent          own axes of the gearbox count θ₁ and θ₂; joints may turn the other way (sense_of), so that
+///                └─ revolute, θ₂ ── child           q₂ = −ratio s₁ s₂ q₁
 void sdf_reader::couple(const part &gearbox, const std::vector<bool> &in_tree) {
   const element &at = gearbox.at;
   for (const char *tag : {"physics", "sensor"})

@@ -452,6 +452,7 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
 /// Drake's joints: axes are fixed but for screws and the normal of planar joints, which Drake reads since 2023, and some
 /// coordinates differ from those of the same kind here.
 void urdf_reader::read_drake_motion(const element &joint, joint_description &out) {
+  // Drake has axes of its own for most types, and coordinates that differ: the same numbers of q and v mean another motion there
   std::string differs;
   if (out.kind == joint_kind::helical) {
     read_axis(joint, out);
@@ -621,6 +622,9 @@ void urdf_reader::read_mimic(const element &joint, joint_description &out) {
 
 /// The rotor that Drake's documentation of URDF describes, <drake:rotor_inertia value="..."/> and <drake:gear_ratio value="..."/> in
 /// an <actuator> of a transmission for one joint.
+///
+///     Drake    <transmission> <joint name="j"/> <actuator> <drake:rotor_inertia value/> <drake:gear_ratio value/> </actuator>
+///     ROS      <transmission> <joint name="j"/> <actuator> <motorInertia>… <mechanicalReduction>… </actuator>         (read_ros_rotor)
 void urdf_reader::read_transmission(pugi::xml_node node) {
   const element transmission(file_, unused_, node, {"robot", ""});
   std::vector<pugi::xml_node> actuators;

@@ -15,6 +15,7 @@ bool among(std::string_view name, std::initializer_list<std::string_view> names)
 bool is_namespace(std::string_view attribute) { return attribute == "xmlns" || attribute.substr(0, 6) == "xmlns:"; }
 
 /// How to mend a word that should be a number, by what it looks like.
+/// Letters besides e and E are a unit, or a word, of which there is more to say than that characters only look like digits.
 std::string mend_of(std::string_view word) {
   if (word.find('$') != word.npos)
     return "this is a xacro expression: run xacro on the file first";

@@ -1,3 +1,9 @@
+// Lists become lines, so that a thousand elements of one kind make one of them:
+//
+//     links     sensor (12 links)                                    by tag
+//     joints    joint a, b: damping, friction (not used)             by what and why, then all with the same joints together
+//     robot     transmission (6)                                     by tag
+//     unknown   unknown element <foo> in link base, line 7, and 3 more    by tag and kind of owner, with the first place
 #include "text/unused.hpp"
 
 #include "text/words.hpp"

@@ -68,6 +68,7 @@ void check_mass(const std::string &name, const link_mass &of) {
 bool needs_axis(const joint_kind_row &row) { return row.has_axis && row.nv < 3; }
 
 /// The axis that is given, or zero if it is left out.  Refuses an axis that the kind doesn't have, and a missing one that it needs.
+/// Axes may have any length, which is kept beside the unit vector (given), so that a file that is written has the program's numbers.
 vec3<double> checked_axis(const std::string &who, const joint_kind_row &row, const char *what, bool has, bool needs,
                           const std::optional<vec3<double>> &axis) {
   if (axis && !has)
@@ -299,6 +300,7 @@ builder &builder::set_drives(const std::vector<std::string> &joints, const std::
   return *this;
 }
 
+/// Back to fewer links and joints: what add_dh_chain has added, before a row of its table was refused.
 void builder::cut_to(std::size_t links, std::size_t joints) noexcept {
   cut(robot_.links, links, links_);
   cut(robot_.joints, joints, joints_);

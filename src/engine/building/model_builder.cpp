@@ -320,6 +320,10 @@ body<double> model_builder::new_body(joint_kind kind, int parent, int link, cons
 }
 
 /// body::chain_start for a new body on this parent.
+/// Of revolute (R) and prismatic (P) joints, body 5 on body 2:
+///
+///     bodies        0 ─ 1R ─ 2R ─┬─ 3P ─ 4R        line_start     1  1  1  1  5        each body on the one before it
+///                                └─ 5R             chain_start    1  1  3  4  5        and only rotations
 int model_builder::chain_start(joint_kind kind, int parent) const {
   const auto &bodies = m_.double_.bodies;
   const int added = static_cast<int>(bodies.size());
@@ -384,6 +388,7 @@ std::vector<joint_row> model_builder::expanded_rows() const {
 }
 
 /// Lists the followers after the joints that have numbers of their own, and sets by which numbers each of them moves.
+/// Until then a follower's leader is an index into the description's joints; afterwards, as all else, into the model's.
 void model_builder::couple() {
   const auto numbers_of_joint = [&](const joint_row &row) -> const body<double> & {
     const int link = row.link;
@@ -511,6 +516,7 @@ void model_builder::add_angles() {
 }
 
 /// Limits of the numbers of joints, in the expanded mechanism.
+/// Where there is none, ±∞, so that a comparison needs no question before it.
 void model_builder::add_limits() {
   const auto n = static_cast<std::size_t>(m_.expanded_nq_);
   m_.double_.lower.assign(n, -HUGE_VAL), m_.double_.upper.assign(n, HUGE_VAL);

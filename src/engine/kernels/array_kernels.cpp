@@ -53,6 +53,7 @@ void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff
   store_rows<numbers<O>>(reinterpret_cast<const P *>(&z), W, out, out_stride);
 }
 
+//     │ W items │ W items │ … │ rest         whole blocks where they lie; the rest copied to a block of its own, whose missing rows repeat the last
 /// n items.  Not inlined for results that bypass the caches, since that would double the code.
 template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
 __attribute__((noinline)) void rows_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out,

@@ -141,6 +141,7 @@ double assembly::longest_share() const {
 }
 
 /// Brings joints with one coordinate back to their limits, and holds them there.  Was one beyond?
+/// A coordinate that a step leads beyond a limit is held at it for the rest of this descent: the next steps look for closed positions with it there.
 bool assembly::keep_limits(double *q) {
   bool beyond = false;
   for (int j = 0; j < m_.moving_joints(); ++j) {

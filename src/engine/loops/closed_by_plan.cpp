@@ -100,6 +100,7 @@ template <class S> void closed_by_plan<S>::lay_out(arena &memory, const batch_vi
     forces_.lay_out(memory, batch.external_n, states);
 }
 
+/// Rows of the caller's from state `first` on; what the table above has as zero is still_, one row for all states, with a stride of zero.
 template <class S> batch_view<S> closed_by_plan<S>::part_of(const batch_view<S> &batch, std::size_t first,
                                                             int n) const {
   batch_view<S> part;

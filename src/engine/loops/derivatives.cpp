@@ -100,6 +100,7 @@ void closed_derivatives::motions(const double *v, const double *a, double *motio
       motions = copy_motion(motion(kind), j, motions);
 }
 
+/// dτ_d = Gᵀ dE, dE the variation of the tree's efforts less Kᵀ λ, since Gᵀ E = 1: the drives are the independent coordinates.
 finding closed_derivatives::inverse_dynamics(const double *q, const double *v, const double *a,
                                              const external_wrenches<double> &e, double *by_q, double *by_v,
                                              double *by_a) {

@@ -1,3 +1,15 @@
+// Equations by kinds, in the joint's axes with z its axis.  `turns` is how kernels see that rotations fit, without the joint's position:
+//
+//     kind                     forces                    moments           turns
+//     fixed                    x y z                     x y z             not_at_all
+//     revolute, continuous     x y z                     x y               about
+//     prismatic                x y                       x y z             not_at_all
+//     helical                  x y, z with −pitch z      x y               about; `mixed` is the third
+//     cylindrical              x y                       x y               about
+//     planar                   z                         x y               about
+//     spherical                x y z                     none              freely
+//     universal                x y z                     u₁ × u₂           freely: its own equation says that the axes keep their angle
+//     translation              none                      x y z             not_at_all
 #include "engine/loops/plan_joints.hpp"
 
 #include "engine/loops/tables.hpp"

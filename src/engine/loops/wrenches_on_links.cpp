@@ -31,6 +31,7 @@ finding wrenches_on_links::set_efforts(closed_state &c, const double *q, int lin
 }
 
 /// Reactions for such a unit, those that are asked for.
+/// At rest and without weight: what is found is linear in the wrench, and has no other part.
 finding wrenches_on_links::set_reactions(closed_state &c, const double *q, int link, int i,
                                          const reaction_request &wanted, const double **found) {
   double unit[6] = {};

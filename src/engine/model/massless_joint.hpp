@@ -43,6 +43,7 @@ struct term_bounds {
   }
   /// Adds the terms of a child's A, about a point that is t away.
   void add_child(const term_bounds &child, const vec3<double> &t) {
+    // A′ = Xᵀ A X, X the motion of the child's point for that of the parent's: |A′_ii| ≤ (Σ_j |X_ji| reach_j)², of moments m + t × f
     const double x = std::fabs(t.x), y = std::fabs(t.y), z = std::fabs(t.z), *const c = child.reach;
     const double moved[6] = {
         c[0], c[1], c[2], c[3] + y * c[2] + z * c[1], c[4] + z * c[0] + x * c[2], c[5] + x * c[1] + y * c[0]};
@@ -78,6 +79,8 @@ struct massless_joint_workspace {
 };
 
 /// The terms of each body's own inertia: those of its links, moved to the body's origin and rotated to any axes.
+/// About the body's origin, t from the link's, I′ = I + 2 (t · h) 1 − t hᵀ − h tᵀ + m (t · t 1 − t tᵀ): the trace of I bounds its diagonal in any
+/// axes, and |t| (4 |h| + 2 m |t|) that of what is added.
 inline void own_terms(const model_view<double> &model, const massless_joint_workspace &w) {
   for (int i = 0; i < model.bodies; ++i)
     w.terms[i] = {};
@@ -165,6 +168,8 @@ inline int joint_of_coordinate(const model &m, int k) {
 /// The first coordinate whose pivot is zero but for rounding in Gᵀ M̂ G = L D Lᵀ, the mass matrix of a mechanism with mimic joints at
 /// the position w.expanded_q, or −1.  The articulated-body algorithm doesn't tell: a follower without mass moves the mass of its
 /// leader, and the other way round.  O(nv³).
+/// The terms of (Gᵀ M̂ G)_kk are those of (√M̂_ll + Σ |r_f| √M̂_ff)², f the followers of l; the terms of each pivot are those of its diagonal
+/// element, since what is taken off it is no more than that.
 inline int coordinate_without_mass(const model &m, const massless_joint_workspace &w) {
   const model_view<double> view = m.view();
   const std::size_t n = static_cast<std::size_t>(m.nv());
@@ -210,6 +215,8 @@ template <class S> int massless_joint_at(const model &m, const massless_joint_wo
 
 /// The joint that moves no mass by the structure of the mechanism, or −1: one that moves none at two arbitrary positions.
 inline int massless_joint(const model &m) {
+  // The inertia that a joint moves is an analytic function of q: zero at a position without any meaning, it is zero everywhere but by chance, and
+  // that doesn't come twice.
   const owned_workspace<massless_joint_workspace> w(m);
   std::vector<double> q(static_cast<std::size_t>(m.nq()));
   int found = -1;

@@ -9,6 +9,7 @@ namespace ksl {
 constexpr double pose_tolerance = 1e-4;
 
 /// Is a row-major 4 × 4 matrix the pose of a frame: finite, with a right-handed rotation?
+/// Columns are orthonormal, their triple product c₀ · (c₁ × c₂) is 1 and not −1, and the last row is 0 0 0 1.
 template <class S> bool is_pose(const S *T) {
   const auto column = [T](int c, int r) { return static_cast<double>(T[4 * r + c]); };
   const auto dot = [&](int a, int b) {

@@ -174,6 +174,8 @@ private:
            task_.event_values(task_.event_context, b.first + k, b.t, b.q.data() + k * of_.nq(),
                               b.v.data() + k * of_.nv(), values.data() + k * static_cast<std::size_t>(task_.events_n));
   }
+  /// May a function of the user's have an event: it isn't of one sign, and off zero, at both ends.  Rates of these functions aren't known, so that
+  /// with steps of equal length single runs look for no dips between the ends either.
   bool a_user_sees(std::size_t k) const {
     const std::size_t n = static_cast<std::size_t>(task_.events_n);
     for (std::size_t i = k * n; i < (k + 1) * n; ++i)

@@ -265,6 +265,8 @@ void system::set_power(std::size_t n, const double *q, const double *v, const do
   }
 }
 
+/// Efforts that are no part of the Lagrangian, for the variational method: Jᵀ w of external wrenches, dampers between points, damping and smooth
+/// friction of joints.
 void system::set_outer_efforts(std::size_t n, const double *q, const double *v, double *out) {
   const std::size_t size = n * nv_;
   std::fill_n(out, size, 0.0);
