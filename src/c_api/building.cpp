@@ -100,6 +100,8 @@ extern "C" {
 
 ksl_joint_options_t ksl_joint_options(void) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(); // the macro NAN is a float
+  // axis, axis2; pitch, lower, upper, effort, velocity; damping, friction; mimics, multiplier, offset; friction_width, armature, rotor_inertia,
+  // gear_ratio, spring_stiffness, spring_rest; further limits
   return {nullptr, nullptr, nan, nan, nan, nan, nan, 0, 0, nullptr, 1, 0, nan, 0, 0, 1, 0, 0, {nan, nan}, {nan, nan}};
 }
 

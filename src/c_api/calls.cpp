@@ -30,6 +30,7 @@ template <class S> void require_position(const model &m, const S *q, const char 
   });
 }
 
+/// The first check of a call in a workspace, and so where the warning of the thread's last call is cleared.
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {
   last_warning()[0] = '\0'; // a call begins
   require(m && d, "model and data must not be null");

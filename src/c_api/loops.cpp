@@ -35,6 +35,7 @@ const unsigned char *flags_of(const model &m, const bool *given) {
   return flags;
 }
 
+/// Where coordinates leave freedoms the nearest motion is an answer, too; only contradictory ones have none.
 void judge(completion how, const char *what) {
   if (how == completion::contradictory)
     throw bad_argument(std::string("no motion of the closed mechanism has these ") + what +

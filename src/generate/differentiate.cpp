@@ -25,6 +25,7 @@ recordings joined(recordings x, const recordings &y) {
   return x;
 }
 
+/// values_[i] is step i of the graph `of`, on the graph in force, where it may be shorter: an input there may be a constant here.
 differentiation::differentiation(const graph &of, const recordings &inputs) : of_(of), inputs_(inputs.size()) {
   for (const step &s : of.steps()) {
     if (s.what == operation::constant)

@@ -113,6 +113,7 @@ recorded matrix(const recorded &of, bool single) {
   return out;
 }
 
+/// Inputs: those of y, then adj_… with a weight for each number of the results; results: a weight for each number of the inputs.
 recorded adjoint(const recorded &of, bool single) {
   recorded out = {graph(single), {}, {}};
   const recording_on on(out.steps);

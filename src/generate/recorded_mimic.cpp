@@ -116,6 +116,7 @@ std::vector<int> own_coordinates(const model &m) {
   return places;
 }
 
+/// As mimic::run_state, by the same column of the row: projection, systems, or M once and one right side.
 void record_with_followers(const algorithm_row &row, const model &m, bool single, const model_view<recording> &view,
                            const state_view<recording> &s) {
   const recorded_coupling coupling = coupling_of(m, single);

@@ -95,6 +95,7 @@ SE3<double> frame_graph::relative(const std::string &in, const std::string &of) 
   return product(inverse(in_world(in)), in_world(of));
 }
 
+/// Upwards to the world or to a frame whose pose is known, and then down: X_n = X_(n−1) · pose_n.
 SE3<double> frame_graph::in_world(const std::string &full_name) const {
   depth(full_name);
   std::vector<std::string> path; // frames whose pose isn't known yet
@@ -139,6 +140,7 @@ std::optional<SE3<double>> frame_graph::relative_within(std::size_t most, const 
   return product(inverse(down(up_from_in)), down(up_from_of));
 }
 
+/// Along attached_to to a frame that is attached to nothing, a link, or to the world.
 std::string frame_graph::link_of(const std::string &full_name) const {
   std::vector<std::string> path; // frames whose link isn't known yet
   std::string name = full_name;

@@ -223,6 +223,7 @@ std::vector<std::string> read_plugin(const text::xml_file &file, const part_name
     }
     refuse_if_two(file, plugin, "plugin " + text::quoted(plugin.attribute("name").value()), named, option);
   }
+  // joints say more than links, of which a joint's own may be named like it
   std::vector<std::string> all(named.joints.begin(), named.joints.end());
   if (all.size() < 2)
     all.assign(named.links.begin(), named.links.end());

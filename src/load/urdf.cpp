@@ -139,6 +139,7 @@ robot_description urdf_reader::read() {
         unused_.in_robot(tag);
 
   warn();
+  // the structure is judged last, when all lines have been read, so that a fault in one of them is told by its line
   check_tree(robot_);
   leaders_of(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
@@ -376,6 +377,8 @@ void urdf_reader::read_link(pugi::xml_node node) {
   robot_.links.push_back(std::move(out));
 }
 
+///
+///     parent link ── origin ──▸ joint's frame ── motion of the kind about axis ──▸ child link, whose frame it is at zero
 void urdf_reader::read_joint(pugi::xml_node node) {
   text::check_count(file_, node, robot_.joints.size(), text::limits::joints, "joints");
   const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
@@ -660,6 +663,7 @@ void urdf_reader::set_rotor(optional_number inertia, optional_number ratio, cons
   const joint_kind_row kind = row_of(out.kind);
   if (kind.nv == 0 || kind.is_free)
     return unused_.in_joint(what, "no effect on a " + std::string(kind.name) + " joint", out.name);
+  // 0 and 1 stand where nothing was given
   const bool has_rotor = out.rotor_inertia != 0 || out.gear_ratio != 1;
   if (has_rotor && (inertia.value_or(0) != out.rotor_inertia || ratio.value_or(1) != out.gear_ratio))
     return unused_.in_joint(what, "differs from <dynamics>, which is used", out.name);

@@ -207,6 +207,7 @@ std::string owner_of(pugi::xml_node node) {
 
 markup look_at(std::string_view text) { return reader_of_markup(text).read(); }
 
+/// Depth first, without recursion: until here nothing has limited how deep elements are in each other.
 std::optional<element_fault> fault_in_elements(const pugi::xml_document &document) {
   std::size_t depth = 1;
   for (pugi::xml_node node = document.document_element(); node;) {

@@ -67,6 +67,7 @@ public:
   }
 
 private:
+  /// Signals that a handler takes interrupt a read, which is then asked for again.
   std::size_t read_block(char *block, std::size_t size) const {
     std::ptrdiff_t n = 0;
     do

@@ -54,6 +54,7 @@ std::size_t first_not_utf8(std::string_view text) {
   return text.npos;
 }
 
+/// A line ends with \n, \r\n or \r alone, as XML counts them.
 std::vector<std::size_t> starts_of_lines(std::string_view text) {
   std::vector<std::size_t> starts = {0};
   for (std::size_t i = 0; i < text.size(); ++i) {

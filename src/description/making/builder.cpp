@@ -318,6 +318,7 @@ int builder::link_named(const std::string &who, const std::string &end, const st
                        "add that link before it" + (names.empty() ? "" : ", or name one of " + text::listed(names))));
 }
 
+/// leaders_of is called for its checks: leaders are found anew by whoever needs them.
 robot_description builder::description(const check_options &how) const {
   robot_description robot = robot_;
   check_tree(robot);

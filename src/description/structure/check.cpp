@@ -256,12 +256,14 @@ std::string number_fault(const spatial_inertia<double> &inertia) {
   return {};
 }
 
+/// Of a mass above zero.
 std::array<double, 3> principal_moments(const spatial_inertia<double> &inertia) {
   std::array<double, 3> moments{};
   eigenvalues(about_centroid(inertia), moments.data());
   return moments;
 }
 
+/// In the order in which a fault hides others: names, numbers, ends of joints, cycles, loops and force elements, which name links, and then the root.
 int check_tree(const robot_description &robot) {
   if (robot.links.empty())
     refuse(robot, {}, "the robot has no link; it needs at least one");

@@ -1,9 +1,5 @@
-// What a force element may be: f = preload + stiffness (l − free_length) + damping dl/dt, and stop_stiffness beyond its limits
-// (engine/elements/law.hpp).
-//
-//     stiffness, stop_stiffness   N/m        free_length, lower, upper   m        damping   N s/m        all of them zero or more
-//     preload                     N          a tension where it is positive
-//     points                      m          in the frames of two links, which the element pulls together
+// Checks of force elements (force_element_numbers says what they do).  All numbers are magnitudes but the preload, which pushes where it is negative; a
+// length is never negative, so that a limit below zero could only be a slip.
 #include "description/structure/force_elements.hpp"
 
 #include "ksl/surgery.hpp"

@@ -210,6 +210,7 @@ void keep_drives(robot_description &robot) {
   *robot.drives = std::move(kept), robot.drive_weights = std::move(weights);
 }
 
+/// Loops have names among the joints of the tree: drives, compliances and messages name both alike.
 void check_loops(const robot_description &robot) {
   std::set<std::string> names;
   for (const joint_description &joint : robot.joints)

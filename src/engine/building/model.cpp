@@ -58,6 +58,7 @@ model::model(robot_description robot, const model_options &options) {
   model_builder(*this).build();
 }
 
+// What doesn't depend on inertias stays: structure, canonical axes, which follow from placements alone, tables and plan of loops.
 model model::with_inertias(const std::vector<link_inertia> &inertias) const {
   model m = *this;
   for (const link_inertia &of : inertias) {

@@ -56,6 +56,7 @@ private:
 
 } // namespace
 
+/// transpose.hpp streams rows of `streamed_row` bytes and more in arrays that no cache holds; where a register is no whole line, only longer ones.
 template <class S> bool is_streamed(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
   const extents of = extents_of(m, batch);
   const bool whole_lines = static_cast<std::size_t>(kernels_of_row<S>(row).lanes) * sizeof(S) == 64;

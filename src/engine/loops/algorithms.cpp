@@ -91,6 +91,7 @@ public:
       by_plan_.lay_out(memory, room_);
   }
 
+  /// copies → rows that are linear by the plan, if it fits → position → result; a finding leaves NaN in all results of the call, reactions included.
   finding run(const state_view<S> &s) {
     copy(s.q, m_.nq(), q_), copy(s.v, m_.nv(), v_), copy(s.a, m_.nv(), a_), copy(s.tau, m_.nv(), tau_);
     copy(s.external.wrench, 6 * s.external.n, wrenches_);
@@ -367,6 +368,7 @@ bool run_batch(const algorithm_row &row, const model &m, const batch_view<S> &ba
 template <class S> std::string reason(const algorithm_row &row, const model &m, const state_view<S> &given) {
   // results go to memory of their own: those of the caller stay as they are
   state_view<S> s = given;
+  // numbers   [ result 0 | result 1 | … ], sized first, since s.result points into it
   std::vector<S> numbers;
   for (int r = 0; r < row.results; ++r)
     numbers.resize(numbers.size() + static_cast<std::size_t>(numbers_of(row.result[r], extents_of(m, s))));

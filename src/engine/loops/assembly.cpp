@@ -308,6 +308,7 @@ closing assembly::close(const double *near, const unsigned char *hold, const clo
   at_limits_ = lost_rank_ = false;
   bool closed = descend_from(out, hold, options);
   *error = *reached_;
+  // what to say if no position is found, in this order: limits stopped the way there; nothing was free to move; the equations contradict each other
   const bool is_held = std::all_of(hold, hold + m_.nv(), [](unsigned char h) { return h != 0; });
   const closing why = at_limits_   ? closing::limits
                       : is_held    ? closing::nothing_free

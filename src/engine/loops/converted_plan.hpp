@@ -8,6 +8,8 @@
 namespace ksl::loops {
 
 /// Sets `out`, which is empty, to the plan.
+/// Member by member, since a number of S is made of each: for float rounded, for recordings a constant.  Lists of indices are the same; point() sets
+/// pointers and sizes of the view, and what else the view has is copied.
 template <class S> void convert(const loop_plan<double> &plan, loop_plan<S> &out) {
   const auto number = [](double x) { return static_cast<S>(x); };
   const auto numbers = [](const std::vector<double> &from, std::vector<S> &to) {

@@ -257,6 +257,8 @@ void geometry::wrenches(const double *lambda, int *links, double *on_links, doub
   }
 }
 
+/// Of f = Σ λ T, whose T are constant in the successor's axes: df = Σ dλ T there, and, seen from the predecessor, in whose axes its link's wrench is,
+/// df + W ×* f, W the twist of the successor relative to the predecessor for dq.
 void geometry::wrench_variations(const double *lambda, const double *dlambda, const double *dq, double *on_links,
                                  double *at_joints) const {
   for (int n = 0; n < static_cast<int>(t_.loops.size()); ++n) {

@@ -174,6 +174,8 @@ private:
   }
 
   /// One for each, in which their motions differ most: what is eliminated leaves a regular matrix of these.
+  /// Motions of several bodies may have coordinates in common: Gaussian elimination of the rows `motion`, the pivot of each the largest element left
+  /// of it as a length, makes the matrix of all rows at the chosen coordinates regular, so that these tell the spins of all.
   void choose_coordinates(std::vector<idle_body> &found) const {
     std::vector<std::vector<double>> motions;
     for (const idle_body &body : found)

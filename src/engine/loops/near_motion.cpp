@@ -49,6 +49,7 @@ void near_motion::lay_out(arena &memory) {
   step_ = memory.take<double>(m_.nv()), tangent_ = memory.take<double>(m_.nv());
 }
 
+/// open: the largest error, in rad and lengths of each loop, and NaN if one is.
 void near_motion::set(position &at) {
   g_.set_position(at.q.data());
   g_.error(error_);

@@ -170,6 +170,7 @@ private:
     }
   }
 
+  /// sign: 1 on the successor's way, −1 on the predecessor's, as coordinates move one relative to the other.
   void add_support(int joint, double sign) {
     const joint_row &row = m_.joints()[index(joint)];
     if (row.kind == joint_kind::fixed)
@@ -220,6 +221,8 @@ private:
     return length(vectors::difference(x, y));
   }
 
+  /// A row of moments gives rad, times the length lengths; a coordinate that turns by 1 / length rad moves by one length at that distance.  So R K C
+  /// has lengths over lengths, of the order of 1 for each joint that is about a length of the mechanism away.
   void set_scales() {
     t_.length = longest_ > 0 ? longest_ : 1; // all is at one point: no length there is, and none is needed
     for (loop &l : t_.loops)

@@ -97,6 +97,7 @@ private:
     w.M = memory.take<S>(states * nv * nv), w.bias = memory.take<S>(states * nv), w.tau = memory.take<S>(nv);
     w.external = memory.take<external_rows<S>>(given.external_n);
     w.part = given;
+    // efforts of the batch are none of the inputs of either call
     w.part.tau = {}, w.part.result[0] = {w.bias, nv};
     w.rest = memory.take<std::byte>(
         static_cast<std::ptrdiff_t>(std::max(inertia.batch_bytes(w.part), efforts.batch_bytes(w.part))));

@@ -229,6 +229,7 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
     if (found != std::end(named_options))
       options.*found->option = true;
     else if (name == "all")
+      // of two laws for one thing "all" has the smooth one, and rotors as armature
       options.damping = options.friction = options.armature = options.rotor = options.spring = options.force_elements =
           true;
     else
@@ -303,6 +304,7 @@ std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, 
       names.push_back(of.name);
     robot.unused.push_back("force element " + text::listed(names) + " (read, not applied)");
   }
+  // no arrays: kernels then don't look at physics at all
   if (!(options.damping || options.friction || options.armature || options.rotor || options.spring))
     return {};
   // where a joint has nothing: the width 1 keeps v / √(v² + w²) finite at rest

@@ -15,6 +15,7 @@
 namespace ksl {
 namespace {
 
+/// A number that isn't finite before one that is large; results in their order, then reactions.
 template <class S> found_number look_at_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
   found_number found;
   for (int r = 0; r < row.results; ++r) {

@@ -138,6 +138,7 @@ private:
   }
 
   /// Run k ends; its rows from i on have no results.
+  /// What ends at a state has the time of that; what came to no state, that of the last one before.
   void end(std::size_t k, std::size_t i, ending how, int coordinate) {
     alive_[k] = 0;
     run_end &e = ends_[k];
@@ -166,6 +167,8 @@ private:
 
 } // namespace
 
+/// 1 for what goes run by run: dop853, laws and events but for those in lanes, sdirk4, and variational of closed mechanisms or with efforts by a
+/// function.
 std::size_t runs_at_once(const model &m, const simulation &task) {
   if ((is_single(task) && !go_in_lanes_under_laws(m, task)) || task.method == stepping::sdirk4)
     return 1;

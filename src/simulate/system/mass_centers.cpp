@@ -125,6 +125,7 @@ void mass_centers::move(const system &of, std::size_t n, const double *q, const 
     }
 }
 
+/// u of a centre is its way in the world, whose rate is ẋ itself; the others move as on the manifold with the centres at rest.
 void mass_centers::rates(const system &of, const double *u, const double *v, double *du) {
   for (std::size_t k = 0; k < nv_; ++k)
     still_[k] = is_center_[k] ? 0 : u[k], moving_[k] = is_center_[k] ? 0 : v[k];
