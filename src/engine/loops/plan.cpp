@@ -242,7 +242,8 @@ private:
   /// Which joints each pattern has wrenches at, and which patterns have to be taken off it: loops that share no joints have none in common.
   void add_patterns() {
     const std::size_t crossed = plan_.crossed.size(), joints = crossed + t_.loops.size();
-    std::vector<std::vector<bool>> has;
+    // of each pattern before, as has_wrench of the one in hand: is there a wrench of it at each joint
+    std::vector<std::vector<bool>> earlier;
     const auto end = [&] { return static_cast<int>(plan_.list.size()); };
     const auto overlap = [](const std::vector<bool> &x, const std::vector<bool> &y) {
       for (std::size_t k = 0; k < x.size(); ++k)
@@ -252,46 +253,46 @@ private:
     };
     for (const int row : plan_.redundant) {
       const std::vector<bool> loops = loops_in_pattern(row);
-      std::vector<bool> at(joints, false);
+      std::vector<bool> has_wrench(joints, false);
       loop_pattern p{};
       p.loops_begin = end();
       for (std::size_t l = 0; l < loops.size(); ++l)
         if (loops[l]) {
           plan_.list.push_back(static_cast<int>(l));
-          at[crossed + l] = true;
+          has_wrench[crossed + l] = true;
           for (int k = plan_.joints[l].through_begin; k < plan_.joints[l].through_end; ++k)
-            at[index(plan_.through[index(k)])] = true;
+            has_wrench[index(plan_.through[index(k)])] = true;
         }
       p.loops_end = p.earlier_begin = end();
       // Gram and Schmidt: the pattern loses its share of pattern k, and then has wrenches wherever pattern k has some
-      for (std::size_t k = 0; k < has.size(); ++k)
-        if (overlap(at, has[k])) {
+      for (std::size_t k = 0; k < earlier.size(); ++k)
+        if (overlap(has_wrench, earlier[k])) {
           plan_.list.push_back(static_cast<int>(k));
           for (std::size_t j = 0; j < joints; ++j)
-            at[j] = at[j] || has[k][j];
+            has_wrench[j] = has_wrench[j] || earlier[k][j];
         }
       p.earlier_end = p.places_begin = end();
       for (std::size_t j = 0; j < joints; ++j)
-        if (at[j])
+        if (has_wrench[j])
           plan_.list.push_back(static_cast<int>(j));
       p.places_end = end();
       plan_.patterns.push_back(p);
-      has.push_back(std::move(at));
+      earlier.push_back(std::move(has_wrench));
     }
   }
 
   /// The loops whose equations have multipliers, where that of a redundant equation is 1 (back_through_lower of the kernels).
   std::vector<bool> loops_in_pattern(int redundant) const {
-    std::vector<bool> rows(index(rows_), false), loops(t_.loops.size(), false);
+    std::vector<bool> has_multiplier(index(rows_), false), loops(t_.loops.size(), false);
     // Kᵀ λ = 0 with λ = 1 at the redundant row: from the last step to the first, the pivot's row has a multiplier where one below it has
-    rows[index(redundant)] = true;
+    has_multiplier[index(redundant)] = true;
     for (std::size_t k = plan_.pivots.size(); k-- > 0;)
       for (int i = plan_.pivots[k].rows_begin; i < plan_.pivots[k].rows_end; ++i)
-        if (rows[index(plan_.list[index(i)])])
-          rows[index(plan_.pivots[k].row)] = true;
+        if (has_multiplier[index(plan_.list[index(i)])])
+          has_multiplier[index(plan_.pivots[k].row)] = true;
     for (std::size_t l = 0; l < loops.size(); ++l)
       for (int i = 0; i < t_.loops[l].rows; ++i)
-        loops[l] = loops[l] || rows[index(t_.loops[l].first_row + i)];
+        loops[l] = loops[l] || has_multiplier[index(t_.loops[l].first_row + i)];
     return loops;
   }
 
