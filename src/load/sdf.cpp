@@ -177,6 +177,7 @@ void sdf_reader::check_version() {
 }
 
 /// The only model that isn't static, or the one that an option names.
+/// Static models are surroundings: a world with one other model has one robot.
 pugi::xml_node sdf_reader::chosen_model() {
   root_.expect({"version"}, {"model", "world", "actor", "light"});
   element holder = root_;
@@ -556,6 +557,10 @@ vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double
 }
 
 /// The name of the frame in which an axis is given; empty for the joint's own.
+///
+///     SDF 1.4              the model's, unless <use_parent_model_frame> is false
+///     1.5, 1.6             the joint's, unless that is true
+///     from 1.7 on          the joint's, unless expressed_in names another
 std::string sdf_reader::frame_of_axis(const element &axis, const element &xyz) {
   const bool has_flag = static_cast<bool>(axis.node().child("use_parent_model_frame"));
   if (has_flag && !version_.has_old_frames())

@@ -308,6 +308,9 @@ std::vector<int> moving_joints(const robot_description &robot) {
   return moving;
 }
 
+///
+///     below ─┬─ leader ── … ═ predecessor        one joint on each side, both on what the same joint moves: then `ratio` relates their coordinates
+///            └─ follower ── … ═ successor
 void read_coupling(const element &coupling, robot_description &robot, const links_by_name &links,
                    const std::vector<int> &moving) {
   coupling.expect({"name", "type"}, {"predecessor", "successor", "ratio"});

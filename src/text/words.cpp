@@ -64,6 +64,7 @@ bool is_below_least_double(std::string_view text) {
 
 /// The status and the number of std::from_chars for a text that holds a number and nothing else; invalid_argument for
 /// any other.
+/// One sign + is passed over, which from_chars doesn't take; "inf", "nan" and numbers beyond a double are none.
 std::pair<std::errc, double> read_number(std::string_view text) {
   text = trimmed(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-')

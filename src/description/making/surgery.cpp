@@ -274,6 +274,7 @@ robot_description merged(const robot_description &robot, const robot_description
     out.force_elements.push_back(std::move(of));
   }
   // where one of them names drives, those of a tree are all its joints that can have a motor
+  // weights   [ of robot's drives | of other's ], 1 where a robot has none
   out.drives = merged_drives(robot, other, prefix);
   out.drive_weights.clear();
   if (out.drives && (!robot.drive_weights.empty() || !other.drive_weights.empty()))
@@ -298,6 +299,7 @@ robot_description merged(const robot_description &robot, const robot_description
   return out;
 }
 
+/// What the link carries, with the link as the root: joints, loops and elements that are inside, numbered anew in their old order.
 robot_description subtree(const robot_description &robot, const std::string &link, const subtree_options &options) {
   const int root = find_link(robot, link), old_root = check_tree(robot);
   const std::vector<int> above = joints_above(robot);

@@ -432,6 +432,7 @@ void model_builder::close_subtrees() {
 void model_builder::sum_inertias() {
   auto &d = m_.double_;
   // ten numbers a body, those of a block of bodies side by side, for lanes (body_lanes.hpp)
+  //     [ m of bodies 0 … W − 1 │ hx of these │ … │ Izx of these ] [ the same of bodies W … 2 W − 1 ] …       the last block is filled up with zeros
   d.inertia.assign(static_cast<std::size_t>(padded_size<double>(10, static_cast<int>(d.bodies.size()))), 0);
   for (std::size_t i = 0; i < d.links.size(); ++i) {
     link<double> &l = d.links[i];

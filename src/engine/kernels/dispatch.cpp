@@ -1,4 +1,7 @@
 // Chooses the instruction set, once, at the first call.
+//
+// Each set is the same sources compiled once more, in objects of its own (CMakeLists.txt).  Here is nothing of them but pointers in tables: no code
+// of a set may run before it is known that the processor has it.
 #include "engine/kernels/array_kernels.hpp"
 #include "engine/kernels/inverse_kinematics_kernels.hpp"
 #include "engine/kernels/kernel_tables.hpp"
@@ -133,6 +136,7 @@ std::string none_runs() {
   return no_instruction_set_text(built, here);
 }
 
+/// KSL_ISA names a set, which is taken if it runs here; without it, the best that does.
 const instruction_set_row &choose() {
   const char *forced = std::getenv("KSL_ISA"); // NOLINT(concurrency-mt-unsafe): read, and once
   std::string known;

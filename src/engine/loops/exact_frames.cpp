@@ -68,6 +68,8 @@ private:
       if (!(at.open <= exact))
         continue;
       ++closed_ones;
+      // With pivots down to `closed` the rank is that of the numbers as they stand.  If it is the same with small_pivot, no pivot lies between, which
+      // digits of the file could have made of a zero.
       const elimination &k = moves_.factor(at, closed);
       const int fine = k.rank;
       is_locked_ = (is_locked_ || !best_) && k.freedoms() == 0;
@@ -128,6 +130,8 @@ private:
     const double digits = digits_of(along, small_pivot);
     if (digits <= exact)
       return true;
+    // Newton's method on the frames: each time the mechanism is closed anew with them, and its equations that are left out are linear in small
+    // changes
     const std::vector<loop> given = t_.loops;
     double left = digits;
     for (int k = 0; k < 4 && left > exact / 4; ++k) {

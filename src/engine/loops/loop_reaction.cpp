@@ -17,6 +17,7 @@ SE3<double> pose_of_link(const geometry &g, const double *q, int link) {
 
 void set_loop_reaction(const geometry &g, const double *q, const reaction_request &wanted, int loop,
                        const double *wrenches, double *out) {
+  // A loop's joint has no coordinate, so that its whole wrench is constraint: of actuation and of what couples joints it has none.
   // From the joint's frame s on the successor to the frame D that is asked for, all poses in the world: f_D = [Ad]*(D⁻¹ s) f_s (Coscrews page).  `at`
   // chooses the origin of D, with `offset` in the axes of s where that is the joint; `axes` chooses its axes, those of s unless others are named.
   const double *const x = wrenches + 6 * std::ptrdiff_t(loop);

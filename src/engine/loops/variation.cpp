@@ -113,6 +113,7 @@ void variation::vary(const geometry &g, int loop, const element &by) {
   // N · ω = 0 and N · ω̇ + Ṅ · ω = 0, N = u₁ × u₂ and Ṅ = (u₁ × ω) × u₂, as s sees them; dN = (u₁ × θ) × u₂
   const double unit = 1 / normal_.length;
   const vec3<double> turning = scaled(by.sigma, by.J.ang), du1 = cross(normal_.u1, turning), dN = cross(du1, l.axis2);
+  // dN · ω + N · dω;  dN · ω̇ + N · dω̇ + dṄ · ω + Ṅ · dω, by position; by velocity N · dω̇ + dṄ · ω + Ṅ · dω with what v_k moves in each
   const vec3<double> dN_rate = cross(sum(cross(du1, W_.ang), cross(normal_.u1, dW.ang)), l.axis2),
                      dN_rate_by_v = cross(cross(normal_.u1, turning), l.axis2);
   put(velocity_by_q_, 3, unit * (dot(dN, W_.ang) + dot(normal_.N, dW.ang)));

@@ -94,6 +94,8 @@ template <class S> struct systems {
     const int nv = m.nv(), states = states_at_a_time();
     const std::ptrdiff_t matrix = static_cast<std::ptrdiff_t>(nv) * nv;
     arena pieces(memory);
+    // of each part of states: bias b → a = M⁻¹ (τ − b), by factors in place of M; derivatives of efforts at this a, and M again as their third;
+    // products
     auto [M, by_q, by_v, a, external, rest, part] = lay_out_derivatives(pieces, given);
     for (std::size_t k = first; k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));

@@ -40,6 +40,7 @@ inline screw<double> difference(const screw<double> &a, const screw<double> &b) 
 inline screw<double> cross(const screw<double> &a, const screw<double> &b) {
   return {sum(cross(a.ang, b.lin), cross(a.lin, b.ang)), cross(a.ang, b.ang)};
 }
+/// Ad(D⁻¹) s = (Rᵀ (v + ω × t), Rᵀ ω).
 /// A twist in world axes about the world's origin, at a frame and in its axes.
 inline screw<double> at_frame(const SE3<double> &D, const screw<double> &s) {
   return {turned_back(D.R, sum(s.lin, cross(s.ang, D.t))), turned_back(D.R, s.ang)};

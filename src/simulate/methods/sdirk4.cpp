@@ -34,6 +34,7 @@ bool not_finite(const std::vector<double> &x) {
   return !std::all_of(x.begin(), x.end(), [](double number) { return std::isfinite(number); });
 }
 
+/// In terms of the table: c = at, A = below with `diagonal` γ on its diagonal, and b is the last row of A.
 class sdirk4 final : public method {
 public:
   explicit sdirk4(const system &of)

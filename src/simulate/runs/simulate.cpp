@@ -23,6 +23,7 @@ void require(bool holds, const char *sentence) {
     throw std::invalid_argument(sentence);
 }
 
+/// What no run could be computed with, before any of them begins.
 void require_possible(const simulation &task) {
   const bool adaptive = task.method == stepping::dop853;
   require(task.times_n > 0, "no times: a simulation needs that of its beginning at least");
