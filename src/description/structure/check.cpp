@@ -1,3 +1,11 @@
+// What is refused, and what is only said:
+//
+//     check_tree        names that are missing or given twice; numbers that aren't finite; links with two joints above them; several roots; cycles:
+//                       refused, since that is no mechanism
+//     check_inertias    inertias that no body has: a line for each, refused where a reader is strict
+//     check_masses      mechanisms of which nothing that moves has mass: refused, unless they are for kinematics
+//
+// A fault names the first link or joint of the file that has it, and its line.
 #include "description/structure/check.hpp"
 
 #include "description/structure/force_elements.hpp"

@@ -103,6 +103,8 @@ public:
   /// move no mass.
   void stop_idle_bodies(const double *q, const double *v, double *a, bool all);
 
+  /// Accelerations a (nv) under efforts tau (nv) at all coordinates, those without a drive included; with gains those that correct errors of the
+  /// loops, too.  Leaves the factors of Gᵀ M G, for solve_again.
   finding forward_dynamics(const double *q, const double *v, const double *tau, const external_wrenches<double> &e,
                            double *a, const stabilisation *gains = nullptr);
 
@@ -148,6 +150,7 @@ public:
   /// is left as it is, if y has no effort along it.
   finding solve_inertia(const double *q, double *r, const double *y);
   bool has_massless_idle() const { return has_massless_idle_; }
+  /// The same by the factors that solve_inertia or forward_dynamics has left.
   void solve_again(double *r) const;
 
   /// The multipliers of a motion under efforts tau (nv), which balance.

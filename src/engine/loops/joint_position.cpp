@@ -1,3 +1,11 @@
+// What is left of D = p⁻¹ s, once the joint has the position that fits best, as (lin, ang) in the axes of s, on which T works:
+//
+//     spherical            any rotation fits                    Rᵀ t
+//     universal            R ≈ Rot(u₁, a) Rot(u₂, b)            Rᵀ t, and the rotation vector of what is left of R
+//     helical              θ, and a travel of pitch θ           in canonical axes, whose z is the joint's: Rot(z, θ)ᵀ R and t without the travel
+//     others               θ where they turn; slides            likewise, t without what slides
+//
+// T does no work on the joint's own motion, so that near a closed position Tᵀ of what is left changes as Tᵀ of the relative twist: by K v.
 #include "engine/loops/joint_position.hpp"
 
 #include "engine/loops/vectors.hpp"

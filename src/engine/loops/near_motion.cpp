@@ -1,3 +1,5 @@
+// An equation is left out where less than `zero` is left of its row, scaled, by the rows before it (least_norm.hpp).  Steps close the others alone,
+// and what the equations that are left out make of that is in `open`: it tells how well frames fit.
 #include "engine/loops/near_motion.hpp"
 
 #include "ksl/engine/model/joints.hpp"

@@ -1,3 +1,6 @@
+// Loop by loop: its links and frames; what its joint leaves free, and the wrenches T, which are what is left of ℝ⁶; the coordinates on both ways from
+// the common link, with their signs, and on the way its length.  Then what needs all loops: the mechanism's length, which is that of the longest one,
+// and with it the scales; drives; compliances.
 #include "engine/loops/tables.hpp"
 
 #include "description/structure/loops.hpp"

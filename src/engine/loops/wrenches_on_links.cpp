@@ -1,3 +1,5 @@
+// Component i of a wrench w on a link does w_i J_i v on a motion v, J_i row i of the link's Jacobian, so that the tree's efforts lose w_i J_iᵀ and
+// those of the drives follow as in inverse dynamics: Gᵀ E τ_d = −Gᵀ J_iᵀ.  Reactions are computed for a unit of each component.
 #include "engine/loops/wrenches_on_links.hpp"
 
 #include "engine/loops/link_parameters.hpp"

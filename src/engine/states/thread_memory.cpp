@@ -1,3 +1,5 @@
+// A block for each use, since one call uses several at once: arguments while workspaces are at work.  Blocks grow to the largest call that a thread
+// has made, so that a call like an earlier one allocates nothing, and are freed when the thread ends.
 #include "engine/states/thread_memory.hpp"
 
 #include <atomic>

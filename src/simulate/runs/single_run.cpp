@@ -318,12 +318,14 @@ private:
 
   /// An accepted step: the events in it, the results at times in it, and its end, at time last.
   ending finish(double last) {
+    // 1. A singular position in the step: dop853 takes it again up to some way before, unless it is on the way over it already
     const double singular = of_.closed() ? singular_.find(*step_, step_->end_position(b_.q.data()), passes_over()) : -1;
     if (singular > 0 && adaptive_ && task_.project && !passes_over() && is_before_singular(singular))
       return ending::complete;
     // Which functions there are depends on the modes at the start: what is held may let go, what slides may stop, what is free may strike
     functions_.list();
     found_event event;
+    // 2. Events: the first zero of all functions cuts the step there
     // dop853's polynomial costs three evaluations: only where functions or results look into the step
     const bool has_times = stored_ < task_.times_n && task_.times[stored_] < last;
     if (functions_.size() > 0 || has_times)
@@ -335,6 +337,7 @@ private:
       return why(event.search);
     const bool happens = event.share <= 1;
     const double end = happens ? step_->t() + event.share * step_->h() : last;
+    // 3. Results at times within the step, up to its end or the event
     if (const ending how = store_until(end, happens); how != ending::complete)
       return how;
     if (happens) {
@@ -343,6 +346,7 @@ private:
         singular_.take_back();
       return happen(event, end);
     }
+    // 4. The step's end.  A singular position that was passed is told; whether one is near ahead is asked before the polynomial of the step is gone.
     if (singular >= 0)
       events_->push_back({run_, step_->t() + singular * step_->h(), happening::singular, -1, 0});
     if (of_.closed() && !look_ahead())
@@ -465,6 +469,8 @@ private:
 
   /// The run goes on from the state in which an event left it.
   ending happen(const found_event &event, double t) {
+    // The state at the event, on the loops; then the user's functions that are zero there, which may end the run; then laws, which change velocities
+    // or modes and leave the loops closed; then the run goes on from that state as from a new beginning.
     const event_functions::function f = functions_[event.index];
     if (const outcome found = step_->at(event.share, b_.q.data(), b_.v.data(), b_.work.data()); found != outcome::done)
       return why(found);
@@ -549,6 +555,7 @@ std::vector<double> breaks_of(const simulation &task) {
       if (rows.times[i] > begin && rows.times[i] < last)
         breaks.push_back(rows.times[i]);
   };
+  // steps of equal length end at times of results, whatever drives the run; dop853's end where its derivatives jump
   if (task.method != stepping::dop853)
     add({task.times_n, task.times, nullptr, 0});
   else {

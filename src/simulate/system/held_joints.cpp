@@ -1,3 +1,8 @@
+// Who asks, and when:
+//
+//     each evaluation    add_friction, then hold, around forward dynamics       efforts for the modes as they are
+//     the event search   margin, along a step                                   when what is held is let go
+//     an event           let_go, impact, settle                                 modes, which stay until the next one
 #include "simulate/system/held_joints.hpp"
 
 #include <cmath>

@@ -1,3 +1,10 @@
+// Arrays of the runs that are computed together, a row for each:
+//
+//     tau_        τ, of drives                               wanted_     accelerations that computed torque asks inverse dynamics for
+//     applied_    τ + τ_f, what accelerations follow from    computed_   efforts that one call of inverse dynamics gives, before they are added
+//     wrenches_   (runs, wrenches, 6)                        parts_      (runs, 5, nv) of efforts
+//
+// and of one run: moved_ [ q | v ], closed; changed_ [ q | v | step | τ before ], for differences.
 #include "simulate/system/system.hpp"
 
 #include "batch/compute_batch.hpp"
