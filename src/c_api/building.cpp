@@ -162,6 +162,7 @@ ksl_status_t ksl_builder_add_force_element(ksl_builder_t *builder, const char *n
   });
 }
 
+// Only null is refused here: joints may be added later, and names are judged with the whole robot.
 ksl_status_t ksl_builder_set_drives(ksl_builder_t *builder, int n, const char *const *joints) {
   return guarded([&] {
     require(builder && n >= 0 && (joints || n == 0),
@@ -251,6 +252,7 @@ ksl_status_t ksl_model_with_drives(const ksl_model_t *model, int n, const int *j
   return ksl_model_with_weighted_drives(model, n, joints, nullptr, made);
 }
 
+// weights (n), null: all 1
 ksl_status_t ksl_model_with_weighted_drives(const ksl_model_t *model, int n, const int *joints, const double *weights,
                                             ksl_model_t **made) {
   return made_from(model, made, [&] {
@@ -273,6 +275,7 @@ ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, in
   });
 }
 
+// Null turns all physics off.
 ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const ksl_physics_t *physics, ksl_model_t **made) {
   return made_from(model, made, [&] {
     ksl::model_options options;

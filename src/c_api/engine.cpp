@@ -237,6 +237,7 @@ ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_mo
 
 void ksl_model_free(ksl_model_t *model) { delete model; }
 
+// links: room for a request that names each joint once
 ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data) {
   return created(data, model, "model and data must not be null", [&] {
     return new ksl_data_t{model, ksl::data(model->model), 0,
@@ -316,6 +317,8 @@ ksl_status_t ksl_section_wrenchf(const ksl_model_t *m, ksl_data_t *d, const floa
 }
 
 int ksl_model_tree_elements(const ksl_model_t *m) { return m ? m->model.tree_elements() : 0; }
+// Where rows of the tree-sparse mass matrix begin, and the column of each element; robots with mimic joints have M = Gᵀ M̂ G, which is no such
+// matrix.
 ksl_status_t ksl_model_tree(const ksl_model_t *m, int *rows, int *columns) {
   return guarded([&] {
     require(m, "model must not be null");

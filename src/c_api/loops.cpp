@@ -110,6 +110,7 @@ ksl_status_t ksl_independent(const ksl_model_t *m, ksl_data_t *d, const double *
                      [&](const ksl::model &model, ksl::data &data) { *n = ksl::independent(model, data, q, indices); });
 }
 
+// That there is no closed position nearby is an answer, not a failure of the call: `closed` is then the one that is least open.
 ksl_status_t ksl_close(const ksl_model_t *m, ksl_data_t *d, const double *q, const bool *hold, bool limits,
                        double *closed, ksl_closing_t *end, double *error) {
   return at_position(m, d, q, closed && end, [&](const ksl::model &model, ksl::data &data) {
@@ -146,6 +147,7 @@ ksl_status_t ksl_reaction_patterns(const ksl_model_t *m, ksl_data_t *d, const do
       [&](const ksl::model &model, ksl::data &data) { *n = ksl::reaction_patterns(model, data, q, patterns); });
 }
 
+// Widths of these arrays are freedoms of the position, which ksl_independent counts before.
 ksl_status_t ksl_closed_inverse_dynamics_derivatives(const ksl_model_t *m, ksl_data_t *d, const double *q,
                                                      const double *v, const double *a, const ksl_external_t *external,
                                                      double *by_q, double *by_v, double *by_a) {

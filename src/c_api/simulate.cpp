@@ -54,6 +54,7 @@ void require_within_limits(const model &m, const simulation &task) {
   }
 }
 
+/// A negative restitution is a coordinate without limits; null arrays are laws that the run doesn't have.
 void set_laws(const model &m, const ksl_exact_laws_t &given, exact_laws &laws) {
   const int nv = m.nv();
   require(!given.restitution || (given.lower && given.upper),
@@ -68,6 +69,7 @@ void set_laws(const model &m, const ksl_exact_laws_t &given, exact_laws &laws) {
   laws = {given.restitution, given.lower, given.upper, given.friction, given.brake, given.brake_at, given.cut_efforts};
 }
 
+/// Controllers need positions, which may have velocities and accelerations at the same times; a function takes the place of all of this.
 void set_drives(const model &m, const ksl_simulation_t &given, drive_law &law, std::vector<unsigned char> &driven) {
   const ksl_drive_law_t &d = given.drives;
   law.given = rows_of(d.given, m.nv(), given.runs, "drives.given");

@@ -105,6 +105,7 @@ recordings moving_inputs::rates(std::vector<recordings> of_inputs) const {
       add_product(A, x, out);
       return out;
     };
+    // ε_q and ε_v are copied before δq and δv take their places: δv and δa need them
     const recordings none(n, recording(0.0)), q = of_inputs[0];
     recordings v(static_cast<std::size_t>(by.freedoms), recording(0.0));
     of_inputs[0] = varied(by.G, q, none);

@@ -140,6 +140,7 @@ robot_description sdf_reader::read() {
   for (const auto &[name, at] : placed_) // what an inner model is placed by may place an outer one
     frames_.place_by(name, at.text("placement_frame"), at);
 
+  // link 0 is the world; frames come behind all links, since they are welded to these, and joints behind both
   add_link("world");
   for (const part &link : links_)
     read_link(link);

@@ -68,6 +68,7 @@ given_pose pose_in(const element &parent, version of_file) {
     const double unit = in_degrees ? degree : 1;
     out.rotation = {given_rotation::rpy, {n[3] * unit, n[4] * unit, n[5] * unit}};
     out.pose.t = {n[0], n[1], n[2]};
+    // none is the identity exactly, and is written as nothing
     if (n[3] == 0 && n[4] == 0 && n[5] == 0)
       out.rotation = {};
   } else {

@@ -564,6 +564,7 @@ void urdf_reader::read_limits_of_several(const element &joint, joint_description
   }
 }
 
+/// damping and friction are URDF's; the others KSL's own attributes, which other readers pass over.
 void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
   const element dynamics = joint.child("dynamics");
   if (!dynamics)

@@ -255,6 +255,7 @@ loop_description loop_in(const element &loop, const links_by_name &links, int mi
   return out;
 }
 
+/// Joints keep their order in the file, in the tree and among loops; those with motors are preferred by the spanning tree.
 void split_loops(robot_description &robot, const std::set<std::string> &motors, text::unused_list &unused) {
   std::vector<std::pair<int, int>> ends;
   std::vector<bool> has_motor;

@@ -218,6 +218,7 @@ private:
       set(inertia, name, words({moment}));
   }
 
+  /// Numbers are left out where a reader takes the same without them: 0, a gear ratio of 1, limits that a joint hasn't.
   void write_joint(const joint_description &joint) {
     const joint_kind_row row = row_of(joint.kind);
     pugi::xml_node node = added(root_.append_child("joint"));

@@ -49,6 +49,7 @@ void element::expect_attributes(std::initializer_list<std::string_view> attribut
   }
 }
 
+/// What isn't expected is listed, not refused: readers judge afterwards whether it would have joined links (unread.hpp).
 void element::expect(std::initializer_list<std::string_view> attributes,
                      std::initializer_list<std::string_view> children) const {
   expect_attributes(attributes);

@@ -28,6 +28,7 @@ void unused_list::groups::add_place(const std::string &what, const std::string &
 }
 
 /// Groups with the same owners become one: "damping, friction".
+/// Groups of one count and one first place only: of different counts the words "and 3 more" would be wrong for one of them.
 std::vector<unused_list::group> unused_list::groups::merged() const {
   std::vector<group> fewer;
   std::map<std::pair<std::string, std::vector<std::string>>, std::size_t> first;

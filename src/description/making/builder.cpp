@@ -145,6 +145,7 @@ void set_physics(const std::string &who, const joint_kind_row &row, const joint_
   to.spring_stiffness = from.spring_stiffness, to.spring_rest = from.spring_rest;
 }
 
+/// A pitch of zero is a revolute joint's, and allowed.
 void set_pitch(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
   if (from.pitch && !row.has_pitch)
     refuse(who + "a " + row.name + " joint has no pitch; leave it out, or name the kind helical");

@@ -241,6 +241,7 @@ robot_description with_loops(robot_description robot, std::vector<loop_descripti
   return robot;
 }
 
+/// The tree as it is, where all joints have motors: drives of the mechanism would leave some of its coordinates without one.
 robot_description without_loops(robot_description robot) {
   robot.loops.clear();
   robot.drives.reset();

@@ -79,6 +79,7 @@ model model::with_inertias(const std::vector<link_inertia> &inertias) const {
   return m;
 }
 
+// Rounded for single precision as the builder rounds it; views hold a copy of it.
 model model::with_gravity(const std::array<double, 3> &gravity) const {
   for (const double x : gravity)
     if (!std::isfinite(x))

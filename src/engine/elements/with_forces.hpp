@@ -237,6 +237,7 @@ private:
   }
 
   /// matrix (nv, nv) = Σ Jᵀ wrenches of all ends.
+  /// Row r of J of an end is zero where coordinate r doesn't move its link, as for most of them in a tree.
   void set_efforts(int i, const R *wrenches, R *matrix) const {
     std::fill_n(matrix, std::ptrdiff_t(nv_) * nv_, R(0));
     for (int row = 0; row < 6 * forces_.ends(); ++row) {

@@ -247,6 +247,7 @@ private:
     for (std::size_t l = 0; l < given.size(); ++l) {
       loop_description &of = robot_.loops[l];
       of.turned = std::max(of.turned, changes[l].first), of.moved = std::max(of.moved, changes[l].second);
+      // a frame that hasn't changed keeps the numbers of the file; one that has can't be written by them any more
       const auto set = [](const SE3<double> &from, const SE3<double> &to, SE3<double> &pose, given_rotation &rotation) {
         if (std::equal(&from.R.m00, &from.R.m00 + 9, &to.R.m00) && length(difference(from.t, to.t)) == 0)
           return;

@@ -65,6 +65,7 @@ private:
   }
 
   /// left_ (freedoms, nv): motions that the loops allow while the drives stand still.
+  /// Below K a row e_d for each drive, 1 at its coordinate, scaled so that its element is 1, too.
   void set_left() {
     const int nv = m_.nv(), rows = t_.rows + static_cast<int>(t_.drives.size());
     std::vector<double> A(g_.jacobian(), g_.jacobian() + index(t_.rows * nv)), scale = t_.row_scale;

@@ -42,6 +42,7 @@ public:
     request.n = wanted.joints;
     const reaction_rows<S> reactions = {request, {}};
     batch_view<S> part;
+    // the largest batch that is asked for: a state for each freedom, or six for the unit wrenches of a link
     part.n = static_cast<std::size_t>(std::max(std::ptrdiff_t(6), freedoms));
     part.external_n = 1, part.reactions_n = 1, part.reactions = &reactions, part.joints = &request;
     part.links.n = static_cast<int>(links);

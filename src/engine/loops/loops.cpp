@@ -250,6 +250,7 @@ void require(const char *call, const finding &fault, const model &m) {
 
 } // namespace
 
+/// By the plan first, which gives the derivatives where it fits; else with pivots of the state's own, which say why there are none.
 int closed_inverse_dynamics_derivatives(const model &m, data &d, const double *q, const double *v, const double *a,
                                         const external_wrenches<double> &external, double *by_q, double *by_v,
                                         double *by_a) {
@@ -304,6 +305,7 @@ void closed_reaction_variations(const model &m, data &d, const double *q, const 
       {{q, m.nq()}, {v, nv}, {a, nv}, {external.wrench, 6 * std::ptrdiff_t(external.n)}});
 }
 
+/// States may be open by `corrected`, far more than elsewhere, since their errors are what the gains are for.
 void stabilised_forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau,
                                  const external_wrenches<double> &external, const stabilisation &gains, double *a) {
   const nearest_rounding rounding;

@@ -246,6 +246,7 @@ private:
     for (const joint_compliance &of : m_.description().compliances) {
       if (of.joint.empty())
         continue; // no loop goes through the ground's joint
+      // joints of the tree by their numbers; behind them those that close loops
       int joint = m_.find_joint(of.joint);
       for (std::size_t l = 0; joint < 0 && l < m_.loops().size(); ++l)
         if (m_.loops()[l].name == of.joint)

@@ -160,6 +160,7 @@ template <class S> std::size_t state_bytes(const algorithm_row &row, const model
   return dense<S>{row.mimic, m}.state_bytes(asked);
 }
 
+/// All results are looked at: a sum in a kernel tells of M̂, not of what has been solved with M since.
 template <class S> bool run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
   compute_state(row, m, memory, s);
   return ordinary_results(row, m, s);

@@ -62,6 +62,7 @@ void check(const robot_description &robot, const joint_description &j) {
     refuse(robot, j, "a rotor on a " + std::string(kind.name) + " joint; leave out armature and rotor_inertia");
 }
 
+/// What a joint has and the options leave off is told, since results would be other with it.
 void list_if_off(text::unused_list &unused, const joint_description &j, const physics_options &options) {
   const struct {
     const char *name;

@@ -58,6 +58,7 @@ private:
       combine(n, whole, v, u_.data());
       of.space().move(b.n, b.q.data(), u_.data(), b.q.data());
     } else {
+      // h/12 (3, 2, 2, −1), and then h/12 (−1, 2, 2, 3): together the classical weights
       combine<4>(n, {h / 4, h / 6, h / 6, -h / 12}, v, u_.data());
       of.space().move(b.n, b.q.data(), u_.data(), q_.data());
       combine<4>(n, {-h / 12, h / 6, h / 6, h / 4}, v, u_.data());

@@ -83,6 +83,7 @@ private:
       from_u_[k] = 0, from_v_[k] = b.v[k];
       for (int j = 0; j < i; ++j)
         from_u_[k] += h * below[i][j] * stages_[j].rate[k], from_v_[k] += h * below[i][j] * stages_[j].a[k];
+      // from the accelerations of the stage before, and velocities at the start for the rate of u
       s.a[k] = i > 0 ? guess.a[k] : b.a[k];
       s.rate[k] = b.v[k];
     }

@@ -30,6 +30,7 @@ constexpr double rounding_of_zero = 1e-12;
 event_functions::event_functions(system &of, const simulation &task)
     : of_(of), task_(task), q_(of.nq()), v_(of.nv()), a_(of.nv()) {}
 
+/// By modes: what is held may let go; what slides may stop; what isn't held may strike a limit that throws back, if there is one on that side.
 void event_functions::list() {
   list_.clear();
   const held_joints *const held = of_.held();

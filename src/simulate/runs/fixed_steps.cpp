@@ -62,6 +62,7 @@ private:
       return ending::too_many_steps;
     const std::size_t steps = static_cast<std::size_t>(whole);
     for (std::size_t s = 1; s <= steps; ++s) {
+      // implicit methods say which runs they could not solve; explicit ones can only leave numbers that aren't finite
       const outcome found = method_->step(of_, b_, length / whole);
       if (found == outcome::not_solved || found == outcome::not_finite)
         drop_not_solved(i, found);
