@@ -1,3 +1,8 @@
+// y = sin(x₀ x₁):
+//
+//     step      0: input 0     1: input 1     2: 0 × 1                3: sine(2), the output
+//     rates     x₀'            x₁'            r₂ = x₀' x₁ + x₀ x₁'     r₃ = r₂ cosine(2)            from the first step on
+//     weights   x̄₀ = w₂ x₁     x̄₁ = w₂ x₀     w₂ = w₃ cosine(2)       w₃ = ȳ                       from the last step back
 #include "generate/differentiate.hpp"
 
 #include <cstddef>

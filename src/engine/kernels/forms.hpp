@@ -21,6 +21,12 @@ template <class P> struct chosen_columns : summed_columns<P> {
 ///
 ///     element = [ 0 | row 0 of the tree | row 1 | … ]     number (nv, nv): for each place of the matrix the element that it has, 0 where it is zero
 ///
+/// Of a body that carries two, which carry none, one coordinate each (tree_rows.hpp):
+///
+///     element   0 | M₀₀ | M₁₀ M₁₁ | M₂₀ M₂₂          number   1 2 4
+///               0   1     2   3     4   5                     2 3 0
+///                                                             4 0 5
+///
 /// The list is made at the first block, and serves all.
 template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   template <class P> struct lanes {

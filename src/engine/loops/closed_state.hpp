@@ -16,6 +16,9 @@
 // the drives are the independent coordinates, Gᵀ E is the identity, and τ_d are the numbers of Gᵀ (M a + b).  a₀ has K a₀ = −K̇ v and is zero at
 // independent coordinates.  rows − r redundant equations leave λ determined but for the solutions of Kᵀ λ = 0, patterns of wrenches.
 //
+// A planar four-bar of revolute joints, three of the tree and one that closes the loop, has nv = 3 and 5 equations.  Those of the force across its
+// plane and of both moments hold whatever moves: r = 2, f = 1, and three patterns, of wrenches that no motion of the plane tells.
+//
 // A state goes so, each line using what those above have left:
 //
 //     set_position(q)                     frames and K; elimination; G; are all loops closed

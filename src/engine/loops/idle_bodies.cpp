@@ -5,6 +5,9 @@
 //     body b turns alone if { x : Ξ_o x = 0 for all other bodies o } has dimension one and Ξ_b x is a rotation, ω · v = 0.
 //
 // Two dimensions or more are a body that also slides, or turns about two lines: such freedoms need drives.
+//
+// Of a rod on a ball of the tree, whose other end a ball of a loop holds: the rod's three angular velocities move its far end, but for those along
+// the line of both balls.  left_ has a row with ω ∥ n, all other bodies have Ξ = 0 for it, and so the rod turns alone.
 #include "engine/loops/idle_bodies.hpp"
 
 #include "engine/loops/elimination.hpp"

@@ -5,6 +5,12 @@
 //     supports   [ of loop 0: successor's side, then predecessor's, outwards from the common link | of loop 1 | … ]   a column with its sign
 //     columns    [ coordinates of a joint | of another | … ]       each once, however many loops it moves; a user's coordinate v, and the child's twist for it
 //     links      [ of the model ]                                  column::link, loop::predecessor and loop::successor are places in this list
+//
+// The four-bar ground ─j1─ a ─j2─ b, ground ─j3─ c, with a loop joint from c, the predecessor, to b, the successor:
+//
+//     columns    [ j1 | j2 | j3 ]
+//     supports   [ (j1, 1) (j2, 1) | (j3, −1) ]      Tᵀ (V_s − V_p) = Tᵀ (J₁ v₁ + J₂ v₂ − J₃ v₃)
+//
 #pragma once
 
 #include "ksl/engine/algorithms/loops/tolerances.hpp"

@@ -6,6 +6,12 @@
 // (Gᵀ M̂ G) a = τ − Gᵀ (bias of v̂ = G v), densely.  The inverse of M, and its products, come from the same matrix.  Algorithms that
 // solve more than one such system are in systems.hpp.
 //
+// Of three coordinates, the last of which follows the second by r:
+//
+//     G = [ 1  0 ]      τ = Gᵀ τ̂ = [ τ̂₁         ]      M = Gᵀ M̂ G = [ M̂₁₁            M̂₁₂ + r M̂₁₃             ]
+//         [ 0  1 ]                  [ τ̂₂ + r τ̂₃ ]                   [ M̂₂₁ + r M̂₃₁   M̂₂₂ + 2 r M̂₂₃ + r² M̂₃₃ ]
+//         [ 0  r ]
+//
 //     mimic_by                                                computed by
 //     projection                                              projection.hpp: the kernel, expanded before and reduced after
 //     solution, product, inverse, upper_triangle              dense, below: M, and one right side

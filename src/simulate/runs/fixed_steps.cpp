@@ -18,6 +18,9 @@ constexpr std::size_t bytes_of_runs = 48 * 1024, stages_kept = 8, most_at_once =
 //
 // After each step: drop what isn't solved or finite, move onto the loops, then accelerations at the new state, which the next step begins with
 // and a row of results shows.
+//
+//     lane       0  1  2  3
+//     alive_     1  1  0  1        run first + 2 has ended before row i: its rows from i on are NaN, and its lane goes on with whatever it has
 class fixed_runs {
 public:
   fixed_runs(const model &m, const simulation &task, const results &out, std::size_t first, std::size_t n,

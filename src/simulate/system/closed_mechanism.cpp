@@ -76,6 +76,7 @@ bool closed_mechanism::derivatives(const double *q, const double *v, const doubl
     return false;
   const loops::elimination &solved = derivatives_->state().solved();
   const int nv = m_.nv(), f = solved.freedoms();
+  //     nv = 3, independent coordinates 0 and 2:     [ a b │ c d │ e f │ · · · ]   →   [ a 0 b │ c 0 d │ e 0 f ]
   for (double *matrix : {by_q, by_v})
     for (int i = nv; i-- > 0;) { // rows of f numbers become rows of nv, from the last on
       std::copy_n(matrix + i * f, f, reduced_.data());
