@@ -175,6 +175,7 @@ int graph::known_or_added(const step &s) {
   return at->second;
 }
 
+/// place[i]: the number of step i in what is left, −1 if it isn't.
 graph graph::needed() const {
   // operands lie before the steps that read them: from the last step back, what is used is known when it is met
   std::vector<bool> used(steps_.size(), false);

@@ -241,6 +241,7 @@ void sdf_reader::read_gravity(const element &world) {
   robot_.gravity = {g[0], g[1], g[2]};
 }
 
+/// world and __model__ mean frames always; from SDF 1.7 on all of __…__ are reserved, and :: is between scopes.
 std::string sdf_reader::name_of(pugi::xml_node node) const {
   std::string name = node.attribute("name").value();
   if (name.empty())
@@ -718,6 +719,8 @@ void sdf_reader::read_plugins_and_check_unread() {
       readers::refuse_if_joining(file_, names, node, attribute, option);
 }
 
+/// Springs are of joints with one coordinate.  A joint has one damping and one friction for all coordinates: of two axes they hold where they are
+/// equal.
 void sdf_reader::read_dynamics(const element &axis, const std::string &scope, joint_description &out) {
   if (const element mimic = axis.child("mimic"))
     read_mimic(mimic, scope, out);

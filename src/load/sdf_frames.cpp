@@ -1,3 +1,5 @@
+// What is asked for is found once for each frame, by a walk to the first that is known and back: the frame that it is relative to and how deep it is,
+// its pose in the world, the link that it moves with.  Cycles are refused.
 #include "load/sdf_frames.hpp"
 
 #include "text/limits.hpp"

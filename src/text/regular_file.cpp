@@ -1,3 +1,4 @@
+// Looked at, opened, looked at again, and read to its end, in blocks: sizes that the system tells are a hint, and what is read counts.
 #include "text/regular_file.hpp"
 
 #include "text/limits.hpp"

@@ -82,6 +82,7 @@ completion assembly::complete(const request &at, const unsigned char *given, con
     free += !given[j];
     x[j] = near[j] + step_[j];
   }
+  // what the equations contradict each other by, of terms that cancel and of rounding at rest
   const double rates = accepted_within(t_, loop_tolerance::rates);
   if (solve_.residual > rates * terms + loop_tolerance::at_rest * t_.length)
     return completion::contradictory;
@@ -301,6 +302,8 @@ bool assembly::search(const double *q, const unsigned char *hold, const close_op
   return std::isfinite(nearest);
 }
 
+/// From the given position; where that ends in a minimum, from others; and then, where freedoms are left, along the closed positions towards the
+/// start.
 closing assembly::close(const double *near, const unsigned char *hold, const close_options &options, double *out,
                         double *error) {
   const double *const q = begin_; // out may be near

@@ -308,6 +308,7 @@ void closed_state::solve_again(double *r) const {
     ksl_linalg_ldlt_solve(H_, r, r, f, f, 1);
 }
 
+/// From (1), Kᵀ λ = M a + b − τ, by its rows at dependent coordinates; the others hold then, if a is the acceleration under τ.
 void closed_state::set_multipliers(const double *q, const double *v, const double *a, const double *tau,
                                    const external_wrenches<double> &e) {
   state_view<double> s;

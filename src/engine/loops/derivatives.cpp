@@ -223,6 +223,7 @@ bool derive_by_plan(bool forward, const model &m, data *d, state_view<double> s,
 
 int freedoms_by_plan(const model &m) { return has_plan(m) ? m.view().loops->freedoms : 0; }
 
+/// A batch of states by the plan's kernel, all in one call; what has NaN is told by `done`, and left to single calls.
 void derive_in_lanes(bool forward, const model &m, const batch_view<double> &batch, unsigned char *done) {
   const nearest_rounding rounding;
   const model_view<double> &view = m.view();

@@ -7,6 +7,7 @@
 
 namespace ksl::loops {
 
+/// Joints that move are in the order of their coordinates: the last that begins at v or before has it.
 const joint_row &joint_of(const model &m, int v) {
   int found = 0;
   for (int j = 0; j < m.moving_joints(); ++j)

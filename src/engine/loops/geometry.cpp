@@ -145,6 +145,8 @@ double geometry::zero() const {
   return size_ * rank_within(t_, opened / t_.length);
 }
 
+/// terms: Σ_j |v_j| / C_j in lengths, times the largest element of R K C, bounds the terms of each equation as a length, and divided by R_i in its
+/// own unit.
 void geometry::velocity(const double *v, double *out, double *terms) const {
   const int nv = tree_.of().nv();
   const double size = terms ? sum_of_terms(v) * size_ : 0;

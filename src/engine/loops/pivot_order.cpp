@@ -1,3 +1,8 @@
+// Why the order matters, of an arrow:
+//
+//     x x x      first (0, 0): count (3 − 1)(3 − 1) = 4, and the other four elements are full afterwards
+//     x x .      first (1, 1): count (2 − 1)(2 − 1) = 1, and nothing is filled; then (2, 2), then (0, 0)
+//     x . x
 #include "engine/loops/pivot_order.hpp"
 
 #include <algorithm>

@@ -96,6 +96,7 @@ template <class S> struct projection {
   }
 
   /// Returns what the kernel does.
+  /// Inputs and results that are the same in both mechanisms stay where the caller has them; others get memory behind the kernel's.
   bool state(void *memory, const state_view<S> &given) const {
     const extents own = extents_of(m, given), full = expanded(m, own);
     arena pieces(memory);

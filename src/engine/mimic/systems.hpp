@@ -305,6 +305,8 @@ private:
   void set_hybrid(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv();
     find_given(w, given.links);
+    //     w.zero     accelerations with a_o = 0          w.matrix   [ M_oo (n, n), its factors; then τ (nv) │ from nv² on τ_o − …, then a_o (n) ]
+    //     w.x        −(M_g a_g + b) (nv)
     S *const a = w.zero, *const part = w.matrix, *const x = w.matrix + nv * nv;
     for (int i = 0; i < nv; ++i)
       a[i] = w.is_given[i] ? given.a[i] : S(0);

@@ -78,6 +78,7 @@ const frozen_joint *find_frozen(const std::vector<frozen_joint> &joints, const s
 
 /// The joints that follow one that is frozen are frozen with it, where it holds them.  A follower alone can't be frozen: neither would
 /// its leader move then.
+/// q_f = multiplier q_l + offset, of leaders that follow nobody (leaders_of).
 std::vector<frozen_joint> with_followers(const robot_description &robot, const std::vector<frozen_joint> &joints) {
   const std::vector<leader_of_joint> leaders = leaders_of(robot);
   std::vector<frozen_joint> out = joints;

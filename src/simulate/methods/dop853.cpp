@@ -75,6 +75,7 @@ outcome dop853_step::attempt(double h) {
     if (!stage(s))
       return outcome::stopped;
   set_scale();
+  // |e| is the root of the sum of squares over 2 nv numbers, each beside its scale; the largest part names the coordinate for messages
   double five = 0, three = 0, most = 0;
   worst_ = -1;
   const std::size_t n = scale_.size();

@@ -73,6 +73,7 @@ bool law_events::strike(int k, bool lower, std::vector<simulated_event> &events)
     else if ((i == at_k && !lower) || (q >= high - near && b_.v[i] > 0))
       hits[i] = 1, q = high;
   }
+  // an impact takes energy at once: with it in the work, kinetic and potential energy less the work stay what they were
   const double before = kinetic();
   held.impact(of_, b_.q.data(), hits.data(), b_.v.data());
   b_.work[0] += kinetic() - before; // what the impact took

@@ -29,6 +29,7 @@ void results::store(system &of, std::size_t i, const block &b, double *closure) 
     batch.result[0] = {out_.momentum + 6 * first, 6 * stride};
     compute_states(rows::centroidal_momentum, of.of(), batch, 0, b.n);
   }
+  // the most that loops have opened since the row before, this state included
   for (std::size_t k = 0; out_.closure && k < b.n; ++k) {
     out_.closure[first + k * times] = of.closed() ? std::fmax(closure[k], of.closed()->error(b.q.data() + k * nq)) : 0;
     closure[k] = 0;

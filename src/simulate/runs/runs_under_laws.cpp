@@ -72,6 +72,8 @@ private:
 
   /// False if no run goes on.
   /// start_ stays as it is until all runs are at the end: those that go alone begin there.
+  /// Of each run one of three: the user's function has stopped all; something may have happened, also that brakes engage or that its steps are used
+  /// up, and it goes alone; or the step in lanes is its own.
   bool step(step_place &place, double until) {
     const double end = place.end(until);
     const bool is_stored = place.stored < task_.times_n && task_.times[place.stored] == end;
