@@ -100,8 +100,8 @@ void set_events(const ksl_simulation_t &given, simulation &task, std::vector<eve
   task.event_values = given.event_values, task.event_context = given.event_context;
 }
 
-// The accelerations themselves are dropped: what counts is that there are some at each start, with efforts of zero.
 // Forward dynamics refuses a start that isn't closed, before any run begins.
+// The accelerations themselves are dropped: what counts is that there are some at each start, with efforts of zero.
 void require_closed(const model &m, const simulation &task) {
   data d(m);
   std::vector<double> a(static_cast<std::size_t>(m.nv()));

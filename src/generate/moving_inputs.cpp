@@ -9,11 +9,11 @@
 //
 //     δq = G ε_q,   δv = v_by_q ε_q + G ε_v,   δa = a_by_q ε_q + a_by_v ε_v + G ε_a                                        (1)
 //
+// and the numbers of q move by ∂(q ⊕ δ)/∂δ δq.  rates() is (1), weights() its transpose from the last to the first.
+//
 // With P = ∂(q ⊕ δ)/∂δ and weights q̄, v̄, ā of numbers, the transpose of (1) is
 //
 //     w_a = Gᵀ ā,   w_v = Gᵀ v̄ + a_by_vᵀ ā,   w_q = Gᵀ Pᵀ q̄ + v_by_qᵀ v̄ + a_by_qᵀ ā                                     (2)
-//
-// and the numbers of q move by ∂(q ⊕ δ)/∂δ δq.  rates() is (1), weights() its transpose from the last to the first.
 
 namespace ksl::generate {
 namespace {

@@ -4,8 +4,8 @@
 //     inputs      [ those of the row | external (wrenches, 6) | gravity (3) | payload (links, 10) | parameters (links, 10) ]
 //     outputs     [ those of the row | wrenches (joints, 6) | pivots (pivots of the plan) ]
 //
-// All else is a constant, of which add() computes what it can: the recording of a mechanism is as short as its own zeros and right angles make it. A
-// row that is a variant of another one is recorded as that, with zeros for inputs that it lacks; steps of results that it lacks are dropped.
+// All else is a constant, of which add() computes what it can: the recording of a mechanism is as short as its own zeros and right angles make it.
+// A row that is a variant of another one is recorded as that, with zeros for inputs that it lacks; steps of results that it lacks are dropped.
 #include "generate/record.hpp"
 
 #include "engine/elements/algorithms.hpp"

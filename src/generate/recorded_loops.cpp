@@ -89,9 +89,9 @@ void record_linear(const recorded_mechanism &of, const algorithm_row &row, const
   mark_missing(sum, s.result[0], n);
 }
 
-// Elimination keeps 1 / pivot in the pivot's place.  The step of that quotient has the pivot as its operand; a pivot that is a constant has left a
-// constant.
 /// The pivot that has been replaced by its inverse, but for its sign: recorded is 1 / pivot, its negation, or a constant.
+/// Elimination keeps 1 / pivot in the pivot's place.  The step of that quotient has the pivot as its operand; a pivot that is a constant has left a
+/// constant.
 recording pivot_of(recording inverse) {
   const step s = recording::current->steps()[static_cast<std::size_t>(inverse.place())];
   if (s.what == operation::negate)

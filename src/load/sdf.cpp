@@ -638,8 +638,8 @@ void sdf_reader::read_limit(const element &axis, int number, joint_description &
                  "; exchange or correct them");
 }
 
-/// As multiplier × the other's + (offset − multiplier × reference), which descriptions have:
 /// position = multiplier × (the other's − reference) + offset; SDF has it since version 1.11.
+/// Descriptions have it as multiplier × the other's + (offset − multiplier × reference).
 void sdf_reader::read_mimic(const element &mimic, const std::string &scope, joint_description &out) {
   if (options_.mimic_independent)
     return unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", out.name);

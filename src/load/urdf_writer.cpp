@@ -2,7 +2,7 @@
 // reading them gives the description's to rounding.
 //
 // Files and descriptions have different numbers: angles and matrices, axes of any length and unit vectors, moments about the centroid and about the
-// origin. A description keeps those of the file, `given`, which are written as long as they still make the description's numbers bit by bit.
+// origin.  A description keeps those of the file, `given`, which are written as long as they still make the description's numbers bit by bit.
 // Otherwise:
 //
 //     rotation      roll, pitch, yaw by arctangents, exact to rounding        angles_of

@@ -71,12 +71,13 @@ template <class R> R rest_of_length(const element_state<R> &e) {
   return is_single<R>() ? algebra<R>::angle_rest(&e.apart, e.length) + dot(e.u, e.lost) : R(0);
 }
 
+/// Sets what follows from apart, rate and the arms; reach: how far the points are from the world's origin.
+///
 ///     f │              ╱     k + k_stop, beyond `upper`         Without the preload f is zero at l = l₀.  Stops without a stiffness are not
 ///       │        _..··       k, between the limits              there: an element beyond them has no force (fault_of).
 ///       │   _..··
 ///       │  ╱                 k + k_stop, below `lower`
 ///       └──┴─────────┴─── l
-/// Sets what follows from apart, rate and the arms; reach: how far the points are from the world's origin.
 template <class R>
 void evaluate(const force_element_numbers &x, const R &reach, double rounding, element_state<R> &e) {
   const R zero(0), near = R(rounding) * reach;

@@ -289,7 +289,7 @@ finding closed_state::solve_inertia(const double *q, double *r, const double *y)
         has_massless_idle_ = true, massless_[i] = 1;
       }
   // H is symmetric and positive definite where each freedom moves mass, so L D Lᵀ needs no pivots (Golub and Van Loan, 4.1 and 4.2)
-  // After it H_ has D on its diagonal and L below: what follows compares each D_i with the terms that it is left of.
+  // After it H_ has D on its diagonal and L below: what follows compares each D_i with the terms of which it is left.
   const bool is_regular = ksl_linalg_ldlt_rmo(H_, f) == 0;
   for (int i = 0; i < f; ++i) { // what the others leave of a freedom's inertia
     // the diagonal of H = L D Lᵀ is Σ L_ik² D_k, k ≤ i: D_i is what is left of it where the freedoms before i follow

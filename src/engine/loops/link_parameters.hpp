@@ -20,11 +20,11 @@ body_motion<S> resisted_motion(const S *pose, const S *twist, const S *accelerat
   return motion;
 }
 
+/// by_parameter (rows, links, 10) from by_wrench (rows, links, 6), of the link with this number.  Results are linear in wrenches on links, w · B, and
+/// the wrench of inertia is linear in its ten parameters: B of the force that they need, as regressors of trees have it.
 /// The row of results is w (6) for a unit wrench, so −w · B φ for the wrench of inertia −B φ; with h = m c and I about the link's origin
 ///
 ///     B φ = [ m (a − g) + ω̇ × h + ω × (ω × h) ;  h × (a − g) + I ω̇ + ω × I ω ],   linear in φ = (m, h, I).
-/// by_parameter (rows, links, 10) from by_wrench (rows, links, 6), of the link with this number.  Results are linear in wrenches on links, w · B, and
-/// the wrench of inertia is linear in its ten parameters: B of the force that they need, as regressors of trees have it.
 template <class S>
 void set_by_parameters(const body_motion<S> &motion, std::ptrdiff_t rows, std::ptrdiff_t links, std::ptrdiff_t link,
                        const S *by_wrench, S *by_parameter) {

@@ -30,8 +30,8 @@ namespace {
 
 using namespace loops;
 
-/// lay() is called twice with the same object: on an arena without memory, which adds sizes up, and on one that hands the pieces out.
 /// Something that is laid out in the memory of a workspace, or of the thread where there is none or that is too small.
+/// lay() is called twice with the same object: on an arena without memory, which adds sizes up, and on one that hands the pieces out.
 template <class Work, class Lay> Work laid_out(Work work, data *d, Lay lay) {
   arena measure;
   lay(work, measure);
@@ -71,9 +71,9 @@ struct numbers {
   }
 };
 
+/// Throws result_error, which allocates, where results are not finite although all arguments are.
 /// Finite arguments with results that are not are an overflow, which is told; arguments that are not finite give such results without an error, as
 /// all algorithms do.  So arguments may be written over only once it is known whether they were finite (given_finite).
-/// Throws result_error, which allocates, where results are not finite although all arguments are.
 void require_finite(const char *call, const char *what, std::initializer_list<numbers> results,
                     std::initializer_list<numbers> arguments) {
   const auto finite = [](const numbers &x) { return x.are_finite(); };

@@ -90,7 +90,8 @@ mat3x3<double> frame_with_z(const vec3<double> &z) {
 }
 
 // Frame i is turned by r_i about its z.  What is given in it goes by Rz(r_i)⁻¹: poses of its links, placements of joints on it.  The joint's own
-// rotation about the same z commutes with r_i, which so becomes a part of theta0; of joints that are no rotations about z the frames stay.
+// rotation about the same z commutes with r_i, which so becomes a part of theta0; of joints with a coordinate along or about x or
+// y the frames stay.
 void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<double>> &links) {
   std::vector<plane_rotation<double>> chosen(bodies.size(), no_rotation);
   for (std::size_t i = bodies.size(); i-- > 1;) { // the first joint on a body overwrites the choices of later ones

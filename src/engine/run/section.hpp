@@ -120,7 +120,7 @@ void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a,
   const nearest_rounding rounding;
   using A = algebra<S>;
   // The link is the child of the joint that carries it, and the parent of those that it carries: the wrench on it is that on the child, or on the
-  // parent. Joints that close loops have it as their successor, a child, or predecessor.
+  // parent.  Joints that close loops have it as their successor, a child, or predecessor.
   const int carrier = m.joint_above(section.link);
   const state_view<S> s = {.q = q, .v = v, .a = a, .external = external, .links = {1, &section.link}};
   S pose[16];

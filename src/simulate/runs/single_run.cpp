@@ -54,11 +54,11 @@ constexpr std::size_t watched_steps = 10'000;
 //
 // What calls what; each returns how the run ends, or `complete` where it goes on:
 //
-//     advance ─┬─ no room before the break ─────────── pass_time ──────────────────────────────┐
-//              ├─ dop853 ── try_step ─┬─ rejected: a shorter one next time                      │
-//              │                      └─ accepted, or pass_over ─┐                              ▼
-//              └─ equal lengths ── take_equal_step ──────────────┴─ finish ── nothing ──▸ arrive ─┬─ a break: pass_break
-//                                                                      └─ an event ── happen ──▸ ┘└─ a time of results: store_here
+//     advance ─┬─ no room before the break ── pass_time ────────────────────────────────────────────┐
+//              ├─ dop853 ── try_step ─┬─ rejected: the next one is shorter                           │
+//              │                      └─ accepted, or pass_over ─┐                                   ▼
+//              └─ equal lengths ── take_equal_step ──────────────┴─ finish ─┬─ no event ────────▸ arrive ─┬─ a break: pass_break
+//                                                                           └─ an event ── happen ──┘     └─ a time of results: store_here
 //
 // Near a singular position (singular_positions.hpp) steps of dop853 come to their limit, since accelerations lose their digits there.  A step that
 // would lead over one is taken again, up to some way before; from there the run follows the polynomial of its last accepted step, without evaluations:
