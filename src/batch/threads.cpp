@@ -253,6 +253,7 @@ partition::partition(std::size_t n, std::size_t block, std::size_t least, int mo
   // more threads than cores gain nothing, and would stay
   const std::size_t cores = all_cores(), useful = n / least;
   threads = std::max<std::size_t>(1, std::min({useful, cores, most > 0 ? static_cast<std::size_t>(most) : cores}));
+  // of 100 states in blocks of 8, for two threads with four parts each: 13 blocks, two in a part, and so seven parts, the last of four states
   const std::size_t blocks = quotient_up(n, block);
   const std::size_t wanted = threads == 1 ? 1 : threads * parts_each;
   items_each = quotient_up(blocks, wanted) * block;

@@ -4,6 +4,9 @@
 // among themselves, at any motion.  Reactions x are known up to x − Σ η_k u_k, and η follows from a rule: least energy ½ xᵀ C x in the compliances of
 // joints, or least norm.
 //
+// A door on two hinges has five redundant equations, and five patterns.  One is a force along the line of the hinges, on the door at one of them and
+// back at the other: how they share the door's weight.
+//
 //     a pattern, (joints + loops, 6):   [ joint 0 of the tree: force, moment | joint 1 | … | loop 0 | loop 1 | … ]
 //
 //     patterns_:   0 ……………… open_ ……………… free_ ……………… redundant

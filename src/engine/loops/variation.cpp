@@ -22,6 +22,13 @@ void variation::lay_out(arena &memory) {
 }
 
 /// p_ck of (1); 0 where k is not on the way.  Coordinates of one group move the body c together.
+/// With the groups of the picture below, 1 and 2 on the side of s, 5 and 6 on that of p:
+///
+///     c \ k    1   2   5   6
+///     1        0   1   0   0        between a body on the side of s and s are the coordinates behind it
+///     2        0   0   0   0
+///     5        1   1  −1   0        on the side of p all of those on the side of s, and back to the common body its own and those before it
+///     6        1   1  −1  −1
 double variation::sign(int c, int k) const {
   const element &from = at_[c], &by = at_[k];
   if (from.sigma > 0)

@@ -10,6 +10,8 @@
 //
 // (1) is solved for v by v ← v + M⁻¹ (p_k − its right side); joint velocities at the times are M⁻¹ p.
 //
+// Where ⊕ is addition, A = J = 1: p_k = M v − ½h f and p_{k+1} = M v + ½h f at q_k + ½h v, the midpoint rule.
+//
 // A body that moves along the exponential of a twist moves along a screw, with every constant velocity along another one.  So trees that
 // nothing holds have their centre of mass as a coordinate (mass_centers), which moves along a straight line.  Then q ⊕ hv, v, p and f are
 // those in these coordinates.  The velocity ẋ of the centre is in the Lagrangian as ½ m ẋ² alone, so that a constant velocity that is added

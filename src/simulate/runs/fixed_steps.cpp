@@ -182,6 +182,7 @@ std::size_t runs_at_once(const model &m, const simulation &task) {
     return std::max<std::size_t>(task.runs, 1);
   // the numbers of a run in one stage, q, v, a and the work, times stages: as many runs as fit, in whole registers of lanes
   const std::size_t of_run = sizeof(double) * stages_kept * static_cast<std::size_t>(m.nq() + 2 * m.nv() + 1);
+  // seven joints: 48 KiB / (8 · 8 · 22) = 34 runs, of which 32 are whole registers
   const std::size_t n = bytes_of_runs / of_run / lanes_at_most * lanes_at_most;
   return std::min(most_at_once, std::max(lanes_at_most, n));
 }

@@ -52,6 +52,7 @@ double singular_positions::find(continuous_step &step, const double *q, bool pas
 
 double singular_positions::ahead() const {
   // on the straight line through the pivots at both ends of the last step
+  // p(s) = before − (first − before) s, s in lengths of that step from its end on
   const bool is_near = before_ < first_ && before_ < watched * usual_;
   return is_near ? before_ / (first_ - before_) : std::numeric_limits<double>::infinity();
 }

@@ -27,6 +27,8 @@
 //     slides_up     a_k ≥ 0    λ_k = −F             leaves it   a_k ≥ 0    λ_k = −F        leaves it   a_k ≤ 0    λ_k = F
 //     slides_down   a_k ≤ 0    λ_k = F
 //
+// A block of mass m under an effort τ has A = 1/m and a₀ = τ/m, hence λ = −τ: it sticks while |τ| ≤ F, and slides with a = (τ ∓ F)/m.
+//
 // A is positive semidefinite: through loops, or at a dead centre, where no effort moves a coordinate, A_hh is singular, and what others hold already
 // gets λ = 0 (solve).
 #pragma once

@@ -147,6 +147,7 @@ void turn(const double (&R)[3][3], std::size_t axes, bool back, double *v) {
 
 } // namespace
 
+// Of one body alone C y = ω × c.
 // B = [R  R C; 0  1] and its inverse [Rᵀ  −C; 0  1], for (ẋ, y) and (v_lin, y).  Momenta go by B⁻ᵀ = [R  0; −Cᵀ  1] and Bᵀ = [Rᵀ  0; Cᵀ Rᵀ  1].
 void mass_centers::to_velocities(std::size_t n, double *v) const {
   for_each(n, [&](const tree &t, const placed &at, std::size_t row, const double *M) {
