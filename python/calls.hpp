@@ -12,7 +12,7 @@
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
 #include "engine/run/arguments.hpp"
-#include "engine/run/ways.hpp"
+#include "engine/run/all_ways.hpp"
 #include "text/rounding.hpp"
 #include "ksl/dynamics.hpp"
 #include "text/words.hpp"

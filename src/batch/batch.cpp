@@ -2,7 +2,7 @@
 
 #include "batch/threads.hpp"
 #include "engine/kernels/one_state.hpp"
-#include "engine/run/ways.hpp"
+#include "engine/run/all_ways.hpp"
 #include "engine/states/ordinary_results.hpp"
 #include "engine/states/thread_memory.hpp"
 #include "text/rounding.hpp"

@@ -4,18 +4,18 @@ import pickle
 
 import pytest
 from ksl.base.errors import ArgumentError, SizingError, of_argument
-from ksl.base.notes import Kind, Note, not_of_kind, not_used, of_kind
+from ksl.base.notes import NoteKind, Note, not_of_kind, not_used, of_kind
 
 
 def test_a_note_is_a_string_with_a_kind():
-    content = Note(Kind.VISUALS, "visual (3 links)", "visual (3 links)")
+    content = Note(NoteKind.VISUALS, "visual (3 links)", "visual (3 links)")
     note = not_used(content)
-    assert note == "in the file and not used: visual (3 links)" and (note.kind, note.of) == (Kind.VISUALS, "visual (3 links)")
+    assert note == "in the file and not used: visual (3 links)" and (note.kind, note.of) == (NoteKind.VISUALS, "visual (3 links)")
     again = pickle.loads(pickle.dumps(note))
     assert again == note and again.kind is note.kind and again.of == note.of
-    assert of_kind(["plain", note], Kind.VISUALS) == [note] and not_of_kind(["plain", note], Kind.VISUALS) == ["plain"]
+    assert of_kind(["plain", note], NoteKind.VISUALS) == [note] and not_of_kind(["plain", note], NoteKind.VISUALS) == ["plain"]
     with pytest.raises(AttributeError):
-        note.kind = Kind.COLUMN
+        note.kind = NoteKind.COLUMN
 
 
 @pytest.mark.parametrize("error", [of_argument(ArgumentError, "axes", ": no such link", "tip"), of_argument(SizingError, "at", ": no joint named 'a'")])

@@ -246,9 +246,9 @@ def test_without_lxml_one_sentence(check, monkeypatch):
 def test_the_second_moment_bound_by_hand():
     """Half the mass at each end of a rod of length 2 is the extreme that a body in its box can have: variance 1 = (1 − 0)(0 + 1)."""
     from ksl.checks.fit_rules import Fit
-    from ksl.checks.description.robot import Inertial, Link
+    from ksl.checks.description.robot import Inertial, FileLink
 
     box = np.array([[-1.0, -1, -1], [1, 1, 1]])
     I = np.diag([0.0, 2.0, 2.0])  # m = 2 kg at x = ±1 m
     inertial = Inertial(None, None, 2.0, np.zeros(3), np.eye(3), I)
-    assert Fit(Link("rod", None, None, inertial), inertial, box, box[1] - box[0], 2.0).excess(I) == pytest.approx(1.0)
+    assert Fit(FileLink("rod", None, None, inertial), inertial, box, box[1] - box[0], 2.0).excess(I) == pytest.approx(1.0)

@@ -19,7 +19,7 @@ def test_a_folder_that_cannot_be_written(tmp_path):
         ksl.sweep(PANDA, described(SPEED), tmp_path / "file", workers=1)
     full = OSError(errno.ENOSPC, "No space left on device")
     with pytest.MonkeyPatch.context() as m, pytest.raises(OSError, match=r"can't be written there \(No space left on device\); free some space"):
-        m.setattr("ksl.output.parts.flush", lambda *_: (_ for _ in ()).throw(full))
+        m.setattr("ksl.output.part_files.flush", lambda *_: (_ for _ in ()).throw(full))
         ksl.sweep(PANDA, described(SPEED), tmp_path / "out", workers=1)
     assert not list((tmp_path / "out").rglob("*.part"))
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from enum import Enum
 
 
-class Kind(Enum):
+class NoteKind(Enum):
     """What a note is about, where something depends on it.  Other notes are plain strings."""
 
     VISUALS = "visuals of the robot's file, which the model doesn't use"
@@ -29,16 +29,16 @@ class Note(str):
     """
 
     __slots__ = ("_kind", "_of")
-    _kind: Kind
+    _kind: NoteKind
     _of: str
 
-    def __new__(cls, kind: Kind, text: str, of: str = "") -> Note:
+    def __new__(cls, kind: NoteKind, text: str, of: str = "") -> Note:
         note = super().__new__(cls, text)
         note._kind, note._of = kind, of
         return note
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> NoteKind:
         return self._kind
 
     @property
@@ -46,16 +46,16 @@ class Note(str):
         """The part of the sentence that names what is noted: a column, or content of a file."""
         return self._of
 
-    def __reduce__(self) -> tuple[type[Note], tuple[Kind, str, str]]:
+    def __reduce__(self) -> tuple[type[Note], tuple[NoteKind, str, str]]:
         return Note, (self._kind, str(self), self._of)
 
 
-def of_kind(notes: Iterable[str], *kinds: Kind) -> list[Note]:
+def of_kind(notes: Iterable[str], *kinds: NoteKind) -> list[Note]:
     """The notes of these kinds, in order."""
     return [note for note in notes if isinstance(note, Note) and note.kind in kinds]
 
 
-def not_of_kind(notes: Iterable[str], *kinds: Kind) -> list[str]:
+def not_of_kind(notes: Iterable[str], *kinds: NoteKind) -> list[str]:
     """The others."""
     return [note for note in notes if not (isinstance(note, Note) and note.kind in kinds)]
 

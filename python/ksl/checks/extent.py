@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.checks.description.robot import Array, Link, RobotFile, Shape
+from ksl.checks.description.robot import Array, FileLink, RobotFile, Shape
 from ksl.robot_files.mesh_files import find_mesh, mesh_bounds
 
 
@@ -26,7 +26,7 @@ def shape_box(robot: RobotFile, shape: Shape) -> Array | None:
     return np.array([middle - half, middle + half])
 
 
-def link_box(robot: RobotFile, link: Link) -> Array | None:
+def link_box(robot: RobotFile, link: FileLink) -> Array | None:
     """(2, 3) around a link's geometry; None if too little of it is known.
 
     Meshes of collisions stand for the whole link.  Spheres and boxes don't: they may cover only its foot, while the

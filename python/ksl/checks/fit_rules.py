@@ -18,7 +18,7 @@ from ksl.checks.extent import link_box
 from ksl.checks.description.findings import Repair
 from ksl.checks.inertia_rules import TOLERANCE, placeholders, principal_moments, usable
 from ksl.checks.description.repair import digits, shown
-from ksl.checks.description.robot import Array, Inertial, Link, RobotFile
+from ksl.checks.description.robot import Array, Inertial, FileLink, RobotFile
 from ksl.checks.rule import Broken, rule
 
 MARGIN = 0.25
@@ -58,7 +58,7 @@ FACTORS = ((1e3, "g m²"), (1e4, "kg cm²"), (1e6, "kg mm²"), (1e7, "g cm²"), 
 class Fit:
     """An inertia and the box that the body must lie in."""
 
-    link: Link
+    link: FileLink
     inertial: Inertial
     box: Array
     size: Array

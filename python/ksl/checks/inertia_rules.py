@@ -11,7 +11,7 @@ import numpy as np
 from ksl.base.words import listed
 from ksl.checks.description.findings import Repair, Severity
 from ksl.checks.description.repair import digits, shown
-from ksl.checks.description.robot import Array, Inertial, Link, RobotFile
+from ksl.checks.description.robot import Array, Inertial, FileLink, RobotFile
 from ksl.checks.rule import Broken, rule
 
 TOLERANCE = 1e-6
@@ -27,7 +27,7 @@ DIFFERENT = 1.5
 """Ratio of masses beyond which parts with the same moments aren't copies of each other."""
 
 
-def usable(link: Link) -> Inertial | None:
+def usable(link: FileLink) -> Inertial | None:
     """The inertial of a link if it has a positive mass and readable moments."""
     inertial = link.inertial
     if inertial is None or inertial.moments is None or inertial.mass is None or not inertial.mass > 0:
@@ -35,7 +35,7 @@ def usable(link: Link) -> Inertial | None:
     return inertial
 
 
-def beside(robot: RobotFile, link: Link) -> Severity | None:
+def beside(robot: RobotFile, link: FileLink) -> Severity | None:
     """The severity of an impossible inertia that is negligible beside what the link is welded to."""
     return None if robot.matters(link) else "warning"
 
@@ -185,11 +185,11 @@ def inertia_placeholder(robot: RobotFile) -> Iterator[Broken]:
         yield Broken(found, link.inertial.line, "link", link.name, float(moments.max()))
 
 
-def placeholders(robot: RobotFile) -> list[list[Link]]:
+def placeholders(robot: RobotFile) -> list[list[FileLink]]:
     """Links that share what is not theirs: the same moments with masses that differ, or with one mass, all equal and a power of ten."""
     constant = _constant_moments(robot)
     told = {link.name for links in constant for link in links}
-    same: dict[tuple[float, float], list[Link]] = defaultdict(list)
+    same: dict[tuple[float, float], list[FileLink]] = defaultdict(list)
     for link in robot.links:
         inertial = usable(link)
         if inertial is None or inertial.moments is None or not robot.matters(link) or _has_equal_moments(link) or link.name in told:
@@ -200,9 +200,9 @@ def placeholders(robot: RobotFile) -> list[list[Link]]:
     return constant + [links for (mass, moment), links in same.items() if len(links) >= COPIES or mass == 1 or moment >= 0.1]
 
 
-def _constant_moments(robot: RobotFile) -> list[list[Link]]:
+def _constant_moments(robot: RobotFile) -> list[list[FileLink]]:
     """Links with the same moments, to the last digit, whose masses differ by more than a part and its copy may."""
-    same: dict[tuple[float, ...], list[Link]] = defaultdict(list)
+    same: dict[tuple[float, ...], list[FileLink]] = defaultdict(list)
     for link in robot.links:
         inertial = usable(link)
         if inertial is not None and inertial.moments is not None and inertial.moments.any() and robot.matters(link):
@@ -215,7 +215,7 @@ def _is_power_of_ten(x: float) -> bool:
     return math.isclose(10 ** round(math.log10(x)), x, rel_tol=1e-9)
 
 
-def _has_equal_moments(link: Link) -> bool:
+def _has_equal_moments(link: FileLink) -> bool:
     """Whether one of the link's shapes is a ball or a cube, whose moments are equal."""
     return any(shape.kind in ("sphere", "box") and np.ptp(shape.half_size) == 0 for shape in link.shapes)
 
@@ -288,7 +288,7 @@ def root_inertial(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(f"the root link has a mass of {shown(root.mass)} kg", root.inertial.line, "link", root.name, root.mass, guess=_mounted(robot, root))
 
 
-def _mounted(robot: RobotFile, root: Link) -> Repair:
+def _mounted(robot: RobotFile, root: FileLink) -> Repair:
     def change() -> str:
         from lxml import etree
 

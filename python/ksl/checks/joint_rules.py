@@ -9,7 +9,7 @@ import numpy as np
 
 from ksl.checks.description.findings import Repair
 from ksl.checks.description.repair import digits, remove, set_attribute, shown
-from ksl.checks.description.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
+from ksl.checks.description.robot import ONE_COORDINATE, WITH_AXIS, FileJoint, Mimic, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.checks.description.xml_file import children, line_of, to_float
 
@@ -71,7 +71,7 @@ def axis_missing(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(f"{joint.kind} joint without <axis>", joint.line, "joint", joint.name, fix=_with_axis(joint))
 
 
-def _with_axis(joint: Joint) -> Repair:
+def _with_axis(joint: FileJoint) -> Repair:
     def change() -> str:
         from lxml import etree
 
@@ -92,14 +92,14 @@ SHOWN = 8
 class Chain(NamedTuple):
     """What a mimic joint follows at the end: its position is multiplier · that of `lead` + offset."""
 
-    lead: Joint
+    lead: FileJoint
     multiplier: float
     offset: float
     length: int
     """Joints of the chain, with both ends."""
 
 
-def _followed(robot: RobotFile, joint: Joint) -> Joint | None:
+def _followed(robot: RobotFile, joint: FileJoint) -> FileJoint | None:
     return robot.joint_of.get(joint.mimic.leader) if joint.mimic else None
 
 
@@ -117,8 +117,8 @@ def _chains(robot: RobotFile) -> dict[int, Chain]:
     chains: dict[int, Chain] = {}
     done: set[int] = set()
     for start in robot.joints:
-        path: list[Joint] = []
-        joint: Joint | None = start
+        path: list[FileJoint] = []
+        joint: FileJoint | None = start
         while joint is not None and joint.mimic and id(joint) not in done:
             done.add(id(joint))
             path.append(joint)
@@ -204,7 +204,7 @@ def mimic_fixed(robot: RobotFile) -> Iterator[Broken]:
         yield Broken(f"it mimics joint {joint.mimic.leader}{more}", joint.mimic.line, "joint", joint.name, float(len(fixed)), fix=_without_mimic(fixed))
 
 
-def _without_mimic(joints: list[Joint]) -> Repair:
+def _without_mimic(joints: list[FileJoint]) -> Repair:
     def change() -> str:
         for joint in joints:
             if joint.mimic and joint.mimic.element is not None and joint.element is not None:
@@ -224,8 +224,8 @@ def _without_mimic(joints: list[Joint]) -> Repair:
 def mimic_loop(robot: RobotFile) -> Iterator[Broken]:
     done: set[int] = set()
     for joint in robot.joints:
-        path: dict[int, Joint] = {}
-        at: Joint | None = joint
+        path: dict[int, FileJoint] = {}
+        at: FileJoint | None = joint
         while at is not None and id(at) not in done and id(at) not in path:
             path[id(at)] = at
             at = _followed(robot, at)
@@ -237,7 +237,7 @@ def mimic_loop(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(found, joint.mimic.line, "joint", joint.name)
 
 
-def _leader(joint: Joint) -> str:
+def _leader(joint: FileJoint) -> str:
     return joint.mimic.leader if joint.mimic else ""
 
 

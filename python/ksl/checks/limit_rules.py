@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ksl.checks.description.findings import Repair
 from ksl.checks.description.repair import digits, shown
-from ksl.checks.description.robot import Joint, RobotFile
+from ksl.checks.description.robot import FileJoint, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.mechanism.joint_kinds import KINDS
 
@@ -20,7 +20,7 @@ UNLIMITED = 1000.0
 """Larger bounds mean that there are none."""
 
 
-def _unit(joint: Joint) -> str:
+def _unit(joint: FileJoint) -> str:
     return KINDS[joint.kind].position_unit[0]
 
 
@@ -61,7 +61,7 @@ def limit_reversed(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(f"lower {shown(lower)}, upper {shown(upper)} {_unit(joint)}", joint.limit_line, "joint", joint.name, lower - upper, fix=fix)
 
 
-def _exchanged(joint: Joint) -> Repair:
+def _exchanged(joint: FileJoint) -> Repair:
     def change() -> str:
         limit = joint.limit_element
         assert limit is not None
@@ -110,7 +110,7 @@ def limit_units(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(found, joint.limit_line, "joint", joint.name, largest, cause=cause, guess=_scaled(joint, degrees) if robot.format == "urdf" else None)
 
 
-def _scaled(joint: Joint, degrees: bool) -> Repair:
+def _scaled(joint: FileJoint, degrees: bool) -> Repair:
     def change() -> str:
         assert joint.limit_element is not None
         for what, value in (("lower", joint.lower), ("upper", joint.upper)):
@@ -169,7 +169,7 @@ def limit_negative(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(f"{what} {shown(value)}", joint.limit_line, "joint", joint.name, value, fix=fix)
 
 
-def _magnitude(joint: Joint, what: str) -> Repair:
+def _magnitude(joint: FileJoint, what: str) -> Repair:
     def change() -> str:
         assert joint.limit_element is not None
         text = joint.limit_element.get(what, "").strip().lstrip("-")

@@ -11,7 +11,7 @@ import numpy as np
 from ksl.checks.extent import shape_box
 from ksl.checks.description.findings import Repair
 from ksl.checks.description.repair import digits, set_attribute, shown
-from ksl.checks.description.robot import Link, RobotFile, Shape
+from ksl.checks.description.robot import FileLink, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
 from ksl.robot_files.mesh_files import find_mesh, mesh_fault, package_folders, package_of, path_of_uri, same_but_for_capitals
 
@@ -21,7 +21,7 @@ SCALES = 30.0
 """Inches and metres differ by 39, millimetres by 1000; nobody draws the same part in two sizes that differ so much."""
 
 
-def _meshes(robot: RobotFile) -> Iterator[tuple[Link, Shape]]:
+def _meshes(robot: RobotFile) -> Iterator[tuple[FileLink, Shape]]:
     for link in robot.links:
         for shape in link.shapes:
             if shape.kind == "mesh":
@@ -89,7 +89,7 @@ def _package_is_found(robot: RobotFile, package: str, meshes: list[str]) -> bool
     repair="Give the folder that holds the package with --package-path, or set ROS_PACKAGE_PATH.",
 )
 def package_missing(robot: RobotFile) -> Iterator[Broken]:
-    first: dict[str, tuple[Link, Shape]] = {}
+    first: dict[str, tuple[FileLink, Shape]] = {}
     meshes = _by_package(robot)
     for link, shape in _meshes(robot):
         named = package_of(shape.uri)
@@ -195,7 +195,7 @@ def mesh_units(robot: RobotFile) -> Iterator[Broken]:
     formats=("urdf", "sdf"),
 )
 def mesh_scales(robot: RobotFile) -> Iterator[Broken]:
-    uses: dict[str, list[tuple[float, Link, Shape]]] = defaultdict(list)
+    uses: dict[str, list[tuple[float, FileLink, Shape]]] = defaultdict(list)
     for link, shape in _meshes(robot):
         scale = float(np.abs(shape.scale).max())
         if scale > 0:

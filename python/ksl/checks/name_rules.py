@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from ksl.checks.description.findings import Repair
-from ksl.checks.description.robot import Joint, Link, RobotFile
+from ksl.checks.description.robot import FileJoint, FileLink, RobotFile
 from ksl.checks.rule import Broken, rule
 
 Kind = Literal["link", "joint"]
 
 
-def _named(robot: RobotFile) -> list[tuple[Kind, Sequence[Link | Joint]]]:
+def _named(robot: RobotFile) -> list[tuple[Kind, Sequence[FileLink | FileJoint]]]:
     return [("link", robot.links), ("joint", robot.joints)]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.checks.inertia_rules import placeholders, usable
 from ksl.checks.description.repair import shown
-from ksl.checks.description.robot import Array, Inertial, Link, RobotFile
+from ksl.checks.description.robot import Array, Inertial, FileLink, RobotFile
 from ksl.checks.rule import Broken, rule
 
 ROUND = 0.02
@@ -74,7 +74,7 @@ def _axis_of_moments(I: Array) -> tuple[Array, bool] | None:
     return None
 
 
-def _axis_of_shapes(link: Link) -> tuple[Array, bool] | None:
+def _axis_of_shapes(link: FileLink) -> tuple[Array, bool] | None:
     """The axis (3) in the link's axes of all its cylinders, and whether they are discs: flatter than long.  None if it has other shapes, or several axes."""
     axes: list[tuple[Array, bool]] = []
     for shape in link.shapes:
@@ -88,7 +88,7 @@ def _axis_of_shapes(link: Link) -> tuple[Array, bool] | None:
     return axes[0]
 
 
-def _axis_of_wheel(robot: RobotFile, link: Link, inertial: Inertial, I: Array) -> tuple[Array, bool] | None:
+def _axis_of_wheel(robot: RobotFile, link: FileLink, inertial: Inertial, I: Array) -> tuple[Array, bool] | None:
     """The axis (3) that a wheel turns about, whatever its shapes: what a continuous joint turns about its centroid, and carries nothing that moves.  None of other links."""
     joint = robot.joint_above.get(link.name)
     if (

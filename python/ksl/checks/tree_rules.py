@@ -7,7 +7,7 @@ from itertools import dropwhile
 from typing import TYPE_CHECKING
 
 from ksl.checks.description.repair import Strangers, set_attribute
-from ksl.checks.description.robot import TYPES, URDF_TYPES, Joint, RobotFile
+from ksl.checks.description.robot import TYPES, URDF_TYPES, FileJoint, RobotFile
 from ksl.checks.rule import Broken, rule
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def link_undefined(robot: RobotFile) -> Iterator[Broken]:
     repair="Remove one of these joints, or correct its links.",
 )
 def joint_copied(robot: RobotFile) -> Iterator[Broken]:
-    first: dict[tuple[str, ...], Joint] = {}
+    first: dict[tuple[str, ...], FileJoint] = {}
     for joint in robot.joints:
         if not joint.child or joint.element is None:
             continue

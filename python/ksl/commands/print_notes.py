@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 
 from rich.console import Console
 
-from ksl.base.notes import Kind, not_used
+from ksl.base.notes import NoteKind, not_used
 from ksl.commands.app import say
 from ksl.mechanism.mechanism import Mechanism
 
@@ -20,4 +20,4 @@ def print_notes(console: Console, notes: Iterable[str], printed: Collection[str]
 
 def print_unused(console: Console, model: Mechanism, drawn: bool = False) -> None:
     """A line for each kind of content of the robot's file that is not used.  drawn: whether its visuals are."""
-    print_notes(console, [not_used(content) for content in model.unused if not (drawn and content.kind is Kind.VISUALS)])
+    print_notes(console, [not_used(content) for content in model.unused if not (drawn and content.kind is NoteKind.VISUALS)])

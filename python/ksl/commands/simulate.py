@@ -162,7 +162,7 @@ def _how(
 ) -> tuple[Simulated, list[InputFile]]:  # fmt: skip
     """What the options say, and the files of poses."""
     from ksl.load_cases.case_files.simulated import CONTROLLERS, RATE, TOLERANCE, ControllerName, Simulated
-    from ksl.simulation.simulate import METHODS, Method
+    from ksl.simulation.simulate import METHODS
 
     law = controller.replace("-", " ")
     if law not in CONTROLLERS:
@@ -181,7 +181,7 @@ def _how(
     positions, more = _positions(model, [state] if state and not is_motion else pose)
     return Simulated(
         until, start, there, positions, dict(named_number(one, "--velocity", "rad/s or m/s") for one in velocity), cast(ControllerName, law), stiffness, damping, brake_at,
-        _efforts(brake, "--brake"), _efforts(dry_friction, "--dry-friction"), bounce, RATE if rate is None else rate, cast(Method, method), step,
+        _efforts(brake, "--brake"), _efforts(dry_friction, "--dry-friction"), bounce, RATE if rate is None else rate, method, step,
         TOLERANCE if tolerance is None else tolerance, TOLERANCE if tolerance is None else tolerance,
     ), [*files, *more]  # fmt: skip
 

@@ -16,7 +16,7 @@ from ksl.commands.options import DEFAULT_FRICTION_WIDTH, Robot, RobotOptions, ch
 
 if TYPE_CHECKING:
     from ksl.model.model import Model
-    from ksl.load_cases.results_table import Results
+    from ksl.load_cases.results_table import SavedCase
     from ksl.viewer.scene import Scene
 
 
@@ -63,7 +63,7 @@ def view(
         fail(f"--external {external}: needs a motion, whose times it has")
     if motion is not None:
         check_order(robot, motion)
-    results: Results | None = None
+    results: SavedCase | None = None
     try:
         if export is not None:
             refuse_inputs(
@@ -91,7 +91,7 @@ def view(
         fail(e)
 
 
-def _scene(model: Model, results: Results | None, motion: Path | None, reading: MotionOptions, external: Path | None, package_path: list[Path]) -> Scene:
+def _scene(model: Model, results: SavedCase | None, motion: Path | None, reading: MotionOptions, external: Path | None, package_path: list[Path]) -> Scene:
     """What the page shows: results, a motion, or the robot at rest."""
     from ksl.motions.reading import read_motion, read_wrenches
     from ksl.viewer.results_scene import scene_of_motion, scene_of_results
@@ -119,7 +119,7 @@ def _print_notes(scene: Scene) -> None:
         errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
 
 
-def _model(robot: Path, results: Results | None, how: RobotOptions) -> Model:
+def _model(robot: Path, results: SavedCase | None, how: RobotOptions) -> Model:
     """The robot, with what results say of it where no option does."""
     from ksl.load_cases.case_files.results_model import as_described, loops_of
 

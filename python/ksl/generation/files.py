@@ -13,7 +13,7 @@ from ksl.base.errors import ArgumentError
 from ksl.generation.arguments import argument_texts, least_pivot
 from ksl.generation.c99 import NOT_FUSED, Printer, about_bytes
 from ksl.generation.cuda.files import cuda_header, cuda_source, of_the_card
-from ksl.generation.cuda.simulation import Motion, motion_of, simulation
+from ksl.generation.cuda.simulation import StepFunctions, motion_of, simulation
 from ksl.generation.flash import flash_bytes, of_soft_float
 from ksl.generation.lanes_files import lanes_files
 from ksl.generation.manifest import manifest
@@ -77,12 +77,12 @@ class Code:
     @cached_property
     def cuda_files(self) -> tuple[str, str]:
         """Functions of a card, and kernels."""
-        motion = self.in_motion if isinstance(self.in_motion, Motion) else None
+        motion = self.in_motion if isinstance(self.in_motion, StepFunctions) else None
         header = cuda_header(self.first_line(), self.name, self.scalar, self.functions, self.contract, self.documented, motion)
         return header, cuda_source(self.first_line(), self.name, self.scalar, self.functions, simulation(motion, self.prefix, self.scalar) if motion else "")
 
     @cached_property
-    def in_motion(self) -> Motion | str | None:
+    def in_motion(self) -> StepFunctions | str | None:
         """What a kernel of many steps calls; None where it isn't asked for, and a sentence where there can be none."""
         try:
             return motion_of(self.model, self.functions)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.base.notes import Kind, of_kind
+from ksl.base.notes import NoteKind, of_kind
 from ksl.base.words import count
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
@@ -72,7 +72,7 @@ def doubts_of(case: LoadCase, balance: PowerBalance | None = None) -> list[str]:
     if balance is not None and balance.untold is not None:
         lines.append(str(balance.untold))
     lines += _about_drives(case)
-    return _about_payloads(case) + _about_lengths(case) + lines + of_kind(case.model.warnings, Kind.MASSES)
+    return _about_payloads(case) + _about_lengths(case) + lines + of_kind(case.model.warnings, NoteKind.MASSES)
 
 
 def _about_drives(case: LoadCase) -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.base.files_read import InputFile
-from ksl.base.notes import Kind, Note
+from ksl.base.notes import NoteKind, Note
 from ksl.load_cases.case_result import doubts_of
 from ksl.load_cases.load_case import LoadCase, Payload
 from ksl.mechanism.lengths import extent
@@ -133,7 +133,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
 
 def _kind(case: LoadCase) -> str:
     """What the samples are, in words; a note where the report asks for its kind."""
-    return Note(Kind.HELD, case.kind) if case.static else Note(Kind.SIMULATED, case.kind) if case.motion.integrated else case.kind
+    return Note(NoteKind.HELD, case.kind) if case.static else Note(NoteKind.SIMULATED, case.kind) if case.motion.integrated else case.kind
 
 
 def _resolution(case: LoadCase) -> dict[str, float]:

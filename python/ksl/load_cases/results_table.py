@@ -56,7 +56,7 @@ def is_results(path: Path) -> bool:
 
 
 @dataclass(frozen=True)
-class Results:
+class SavedCase:
     """One load case of a table of `ksl loads`."""
 
     case: str
@@ -77,7 +77,7 @@ class Results:
         return next((c for c in self.made_by.get("cases", []) if c["name"] == self.case), {})
 
 
-def read_results(path: Path, case: str | None = None) -> Results:
+def read_results(path: Path, case: str | None = None) -> SavedCase:
     """Reads a load case, by default the first, of results.
 
     Raises MotionError where the file can't be read, or its metadata, columns or times are not those that `ksl loads` writes.
@@ -120,7 +120,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
         columns["effort"] = columns["effort"] + np.nan_to_num(columns[BRAKE], nan=0.0)
     _check_times(file, columns["time"], count)
     of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in NUMBERS[1:]}
-    return Results(
+    return SavedCase(
         chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], _wrenches(file, table, columns, order), made_by
     )
 
@@ -197,7 +197,7 @@ def _check_times(file: Path, time: Array, count: int) -> None:
         raise MotionError(f"{file}: column 'time' doesn't increase at sample {int(back[0]) + 2}; {AGAIN}")
 
 
-def motion_of_results(model: Calls, results: Results) -> tuple[Array, Array, Array, Array]:
+def motion_of_results(model: Calls, results: SavedCase) -> tuple[Array, Array, Array, Array]:
     """Times, positions, velocities and accelerations of a load case: those of the table where every joint has one coordinate, otherwise those
     of the motion file that the table names.  Raises MotionError."""
     joints = model.joints[: len(model.joint_names)]
@@ -229,13 +229,13 @@ def motion_of_results(model: Calls, results: Results) -> tuple[Array, Array, Arr
     return time, q, v, a
 
 
-def reading_of(results: Results) -> dict[str, Any]:
+def reading_of(results: SavedCase) -> dict[str, Any]:
     """How the run read its motion, as `read_motion` takes it."""
     options = results.made_by.get("options", {})
     found = {name: options[name] for name in READING if options.get(name) not in (None, "", False)}
     return found | ({"map": str(beside(results, str(found["map"])))} if "map" in found else {})
 
 
-def beside(results: Results, file: str) -> Path:
+def beside(results: SavedCase, file: str) -> Path:
     """A file that the metadata names, relative to the folder in which the run was started."""
     return Path(results.made_by.get("directory", "")) / file

@@ -29,7 +29,7 @@ COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
-class Request:
+class ReactionsAsked:
     """Which reactions, and how they are expressed."""
 
     joints: list[str]
@@ -50,7 +50,7 @@ def reactions_derivatives(
     states: tuple[ArrayLike, ArrayLike, ArrayLike],
     external: External | None,
     axes: ExternalAxes,
-    request: Request,
+    request: ReactionsAsked,
     undetermined: Undetermined,
 ) -> tuple[Array, Array, Array]:
     """Each (…, joints, 6, freedoms); tree: the mechanism with its loops cut."""
@@ -104,7 +104,7 @@ def _of_tree(
     states: tuple[Array, Array, Array],
     wrenches: list[tuple[str, Array]],
     axes: ExternalAxes,
-    request: Request,
+    request: ReactionsAsked,
     joints: list[str],
     found: _Variations,
 ) -> Array:
@@ -130,7 +130,7 @@ def _of_tree(
     return changed
 
 
-def _undetermined(m: Calls, q: Array, request: Request, undetermined: Undetermined) -> NDArray[np.bool_]:
+def _undetermined(m: Calls, q: Array, request: ReactionsAsked, undetermined: Undetermined) -> NDArray[np.bool_]:
     """(joints, 6) which components are not determined at q; refuses them unless NaN is wanted."""
     patterns = m.reactions_null_basis(q, request.joints)
     if m.mobility(q).redundant > len(patterns):

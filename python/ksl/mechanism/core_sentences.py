@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from ksl.base.notes import Kind, Note
+from ksl.base.notes import NoteKind, Note
 
 _KINDS = (
-    (Kind.MASSES, re.compile(r"link |none of the links")),
-    (Kind.QUATERNION, re.compile(r"joint .*quaternion")),
-    (Kind.STIFFNESS, re.compile(r"the stiffness of the joint that fixes link")),
+    (NoteKind.MASSES, re.compile(r"link |none of the links")),
+    (NoteKind.QUATERNION, re.compile(r"joint .*quaternion")),
+    (NoteKind.STIFFNESS, re.compile(r"the stiffness of the joint that fixes link")),
 )
 """How warnings begin."""
 _NOT_EXPANDED = "run xacro first: xacro FILE > robot.urdf"
@@ -23,7 +23,7 @@ def warnings_of_core(lines: Iterable[str]) -> tuple[str, ...]:
 
 def unused_of_core(lines: Iterable[str]) -> tuple[Note, ...]:
     """Content of the robot's file that is not used, a note for each line."""
-    return tuple(Note(Kind.VISUALS if line.startswith("visual (") else Kind.CONTENT, line, line) for line in lines)
+    return tuple(Note(NoteKind.VISUALS if line.startswith("visual (") else NoteKind.CONTENT, line, line) for line in lines)
 
 
 def asks_for_xacro(error: ValueError) -> bool:

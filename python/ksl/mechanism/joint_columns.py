@@ -28,7 +28,7 @@ class Endings(NamedTuple):
     effort: tuple[str, ...]
 
 
-class Kind(Protocol):
+class KindNames(Protocol):
     """A kind of joint, as far as tables need it: "x", "v", and "" where the joint's name says it."""
 
     @property
@@ -41,7 +41,7 @@ class Kind(Protocol):
     def effort(self) -> tuple[str, ...]: ...
 
 
-def endings_of(kind: Kind) -> Endings:
+def endings_of(kind: KindNames) -> Endings:
     """For each kind once: compiled rows would make their tuples anew each time."""
     groups = (kind.position, kind.velocity, kind.acceleration, kind.effort)
     return Endings(*(tuple(f".{word}" if word else "" for word in group) for group in groups))

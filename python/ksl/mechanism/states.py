@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.base.errors import near_names
 from ksl.base.real_arrays import real_array
-from ksl.mechanism.joint_columns import Endings, Kind, by_name, column_names, endings_of
+from ksl.mechanism.joint_columns import Endings, KindNames, by_name, column_names, endings_of
 
 Array = NDArray[np.floating]
 
@@ -77,7 +77,7 @@ def as_arrays(
     return arrays, wrenches, in_world
 
 
-class NamedKind(Kind, Protocol):
+class NamedKind(KindNames, Protocol):
     """A kind of joint with its name."""
 
     @property

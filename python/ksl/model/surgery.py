@@ -16,10 +16,10 @@ from ksl import _core
 from ksl.base.errors import DescriptionWarning, QuaternionWarning
 from ksl.base.files_read import InputFile
 from ksl.base.input_files import path_given
-from ksl.base.notes import Kind, Note, of_kind
+from ksl.base.notes import NoteKind, Note, of_kind
 from ksl.mechanism import given
 from ksl.mechanism.calls import Calls
-from ksl.mechanism.closed_reactions import Request, reactions_derivatives
+from ksl.mechanism.closed_reactions import ReactionsAsked, reactions_derivatives
 from ksl.mechanism.lengths import extent, far_inertia, far_point, strong_gravity
 from ksl.mechanism.payload import Payload, payload_of
 from ksl.mechanism.requests import one_of
@@ -109,7 +109,7 @@ class Surgery(Calls):
         for name in names:
             self._reaction_index(name)  # known
         self.reaction_request(on, at, axes, order, part, [])
-        wanted = Request(list(names), on, at, axes, order, part)
+        wanted = ReactionsAsked(list(names), on, at, axes, order, part)
         return reactions_derivatives(self, self.without_loops(), states, external, external_axes, wanted, undetermined)
 
     def _with_stiffness(self: S, stiffness: Stiffnesses) -> S:
@@ -130,7 +130,7 @@ class Surgery(Calls):
             for name, q in positions
         ]
         made = self._made(self._core.with_frozen_joints(frozen))
-        for line in of_kind(made.warnings, Kind.QUATERNION):
+        for line in of_kind(made.warnings, NoteKind.QUATERNION):
             if line not in self.warnings:
                 warnings.warn(line, QuaternionWarning, stacklevel=2)
         return made
@@ -251,7 +251,7 @@ class Surgery(Calls):
 
 def _left_out(made: Surgery, before: Surgery) -> list[Note]:
     """What a model says of a stiffness that it doesn't have any more, and the one that it is made from has."""
-    return [line for line in of_kind(made.warnings, Kind.STIFFNESS) if line not in before.warnings]
+    return [line for line in of_kind(made.warnings, NoteKind.STIFFNESS) if line not in before.warnings]
 
 
 def _moved_rotors(made: Surgery, before: Surgery) -> list[str]:

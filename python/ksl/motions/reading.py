@@ -86,7 +86,7 @@ def read_motion(
     with being_read("motion", _whole(path), MotionError):
         table, columns = _opened(path, model, map, topic, positions_only)
         choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
-        recorded = _numbers(table, choice, model, time_unit, start, stop)
+        recorded = _numbers_used(table, choice, model, time_unit, start, stop)
     found = _sampled(table, model, columns, recorded)
     _check_plausible(model, found.q, found.place)
     notes = [*table.notes, *recorded.time_notes, *choice.notes, *recorded.notes, *found.notes]
@@ -143,7 +143,7 @@ def _opened(
     return with_matrices(table, model, columns.ignored) if isinstance(table, NpzTable) else table, columns
 
 
-def _numbers(table: Recorded, choice: Choice, model: Mechanism, time_unit: str | None, start: float | None, stop: float | None) -> _Numbers:
+def _numbers_used(table: Recorded, choice: Choice, model: Mechanism, time_unit: str | None, start: float | None, stop: float | None) -> _Numbers:
     """The columns that are used, those of whole numbers with their signs and without wraps.  Raises MotionError for what is no number."""
     values, said = _values(table, choice, model)
     time, notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))

@@ -150,10 +150,10 @@ def _filled(given: Sequence[Tensor | None], like: Sequence[Tensor]) -> list[Tens
 
 
 def _apply_stage(stage: Stage, operator: Operator, arguments: Sequence[Tensor]) -> tuple[Tensor, ...]:
-    return cast("tuple[Tensor, ...]", _Stage.apply(stage, operator, *arguments))
+    return cast("tuple[Tensor, ...]", _StageFunction.apply(stage, operator, *arguments))
 
 
-class _Stage(torch.autograd.Function):
+class _StageFunction(torch.autograd.Function):
     """A stage of an operator.  Arguments and results are tensors with three axes (:class:`ksl.operators.operator.Operator`)."""
 
     @staticmethod

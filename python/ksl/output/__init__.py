@@ -1,6 +1,6 @@
 """Output files: written completely or not at all, several of them in one step, whatever stops the program (docs/loads.md).
 
-Files: all files that KSL writes: `stage.py`: a hidden folder; `swap.py`: several files replaced in one step; `whole_file.py`: one file; `parts.py`: files of
+Files: all files that KSL writes: `stage.py`: a hidden folder; `swap.py`: several files replaced in one step; `whole_file.py`: one file; `part_files.py`: files of
 sweeps (docs/decisions/0013-output-files.md).
 """
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ksl.base.errors import unknown_name
-from ksl.base.notes import Kind, not_of_kind
+from ksl.base.notes import NoteKind, not_of_kind
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
@@ -100,7 +100,7 @@ class Run(ComputedCases):
         """The notes of the load cases; what the pictures of the report show is not called unused, and meshes that they lack are named."""
         drawn, missing = self._pictures
         notes = [*super().notes, *missing]
-        return not_of_kind(notes, Kind.VISUALS) if drawn else notes
+        return not_of_kind(notes, NoteKind.VISUALS) if drawn else notes
 
     @cached_property
     def _pictures(self) -> tuple[bool, list[str]]:

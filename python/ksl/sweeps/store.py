@@ -25,7 +25,7 @@ from ksl.mechanism.mechanism import Joint
 from ksl.output import OutputError, cannot_write, refuse_inputs
 from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
-from ksl.output.parts import remove_parts, write_part
+from ksl.output.part_files import remove_parts, write_part
 from ksl.output.signals import uninterrupted
 from ksl.sweeps.description import described
 from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result, portable

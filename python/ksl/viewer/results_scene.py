@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ksl.load_cases.case_files.results_model import external_of_results
-from ksl.load_cases.results_table import Results, motion_of_results
+from ksl.load_cases.results_table import SavedCase, motion_of_results
 from ksl.mechanism.states import Array
 from ksl.viewer.results_wrenches import with_wrenches
 from ksl.viewer.scene import Scene, make_scene, thinned
@@ -27,7 +27,7 @@ def scene_of_motion(
     return replace(scene, samples=chosen)
 
 
-def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
+def scene_of_results(model: Calls, results: SavedCase, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
     """The scene of a load case, and notes.
 
     Positions and rates are those of the table where every joint has one coordinate, otherwise those of the motion file that the table names.

@@ -4,7 +4,7 @@
 #include "engine/kernels/algorithm_rows.hpp"
 #include "engine/kernels/largest_workspace.hpp"
 #include "engine/run/examine.hpp"
-#include "engine/run/ways.hpp"
+#include "engine/run/all_ways.hpp"
 
 #include <algorithm>
 #include <limits>

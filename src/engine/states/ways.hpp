@@ -4,7 +4,7 @@
 // (elements), closed mechanisms (loops).  The highest way that has to act for a row and a model computes it, and is made of calls of those
 // below it.  What a way does in an algorithm is a column of its row.
 //
-// A further way is a value of `way`, a line of way_of, and an entry of run/ways.hpp.
+// A further way is a value of `way`, a line of way_of, and an entry of run/all_ways.hpp.
 #pragma once
 
 #include "engine/kernels/kernels.hpp"

@@ -1,5 +1,5 @@
 // Which way computes a row for a model, and that each way has the memory that it says it needs.
-#include "engine/run/ways.hpp"
+#include "engine/run/all_ways.hpp"
 #include "ksl/surgery.hpp"
 #include "robots.hpp"
 

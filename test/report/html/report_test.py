@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ksl_command import run_ksl
-from ksl.base.notes import Kind, Note, not_used
+from ksl.base.notes import NoteKind, Note, not_used
 from ksl.load_cases.provenance import InputFile, Provenance
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict
@@ -474,7 +474,7 @@ def test_what_made_the_results(shown, tmp_path):
     made = Provenance(
         "r", [], [{"physics": []}], files, {"on": "child", "strict": True, "gravity": ""}, f"ksl loads {NASTY}", "2030-01-02T03:04:05Z", {"KSL": "9.9"}
     )
-    page = written(replace(shown, provenance=made, notes=["first", not_used(Note(Kind.VISUALS, f"visual (3 links) {NASTY}"))]), tmp_path)
+    page = written(replace(shown, provenance=made, notes=["first", not_used(Note(NoteKind.VISUALS, f"visual (3 links) {NASTY}"))]), tmp_path)
     for text in (
         "ab" * 32,
         "none, since it could not be read twice",

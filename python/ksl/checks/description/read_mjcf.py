@@ -7,11 +7,10 @@ import warnings
 import numpy as np
 
 from ksl.base.errors import DescriptionWarning
-from ksl.checks.description.robot import Inertial, Joint, Link, Mimic, RobotFile
+from ksl.checks.description.robot import Inertial, FileJoint, FileLink, Mimic, RobotFile
 from ksl.checks.description.xml_file import line_of
 from ksl.robot_files.loading import load
-from ksl.mechanism.mechanism import Joint as ModelJoint
-from ksl.mechanism.mechanism import Link as ModelLink
+from ksl.mechanism.mechanism import Joint, Link
 
 
 def read_mjcf(robot: RobotFile) -> None:
@@ -34,7 +33,7 @@ def read_mjcf(robot: RobotFile) -> None:
     robot.joints += [_joint(joint, lines.get(("joint", joint.name))) for joint in model.joints if joint.parent is not None]
 
 
-def _link(link: ModelLink, line: int | None) -> Link:
+def _link(link: Link, line: int | None) -> FileLink:
     inertial = None
     if link.mass > 0:
         c = np.array(link.first_moment) / link.mass
@@ -43,13 +42,13 @@ def _link(link: ModelLink, line: int | None) -> Link:
         moments = about_origin - link.mass * (c @ c * np.eye(3) - np.outer(c, c))
         rounding = 1e-6 * abs(np.array([xx, yy, zz])).sum()  # the shift to the origin and back rounds, too
         inertial = Inertial(line, None, link.mass, c, np.eye(3), moments, rounding=rounding)
-    return Link(link.name, line, None, inertial, has_inertial=inertial is not None)
+    return FileLink(link.name, line, None, inertial, has_inertial=inertial is not None)
 
 
-def _joint(joint: ModelJoint, line: int | None) -> Joint:
+def _joint(joint: Joint, line: int | None) -> FileJoint:
     mimic = Mimic(line, None, joint.leader, joint.multiplier, joint.offset) if joint.leader else None
     limits = (joint.lower, joint.upper, joint.effort, joint.velocity)
     assert joint.parent is not None
-    return Joint(
+    return FileJoint(
         joint.name, line, None, joint.kind, joint.parent, joint.child, np.array(joint.axis), line, None, line, None, *limits, mimic=mimic
     )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.description.robot import IN_SDF_ALONE, Array, Inertial, Joint, Link, Mimic, RobotFile, Shape, at_origin
+from ksl.checks.description.robot import IN_SDF_ALONE, Array, Inertial, FileJoint, FileLink, Mimic, RobotFile, Shape, at_origin
 from ksl.checks.description.shape_sizes import NEEDED, note_number_of_shapes, note_sizes
 from ksl.checks.description.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.mechanism.joint_kinds import ANY_NAME
@@ -60,9 +60,9 @@ def _pose(numbers: Numbers, parent: _Element) -> tuple[Array, Array] | None:
     return rotation_of(np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]), values[:3]
 
 
-def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
+def _link(robot: RobotFile, element: _Element, scope: str) -> FileLink:
     name = element.get("name", "")
-    link = Link(scope + name if name else "", line_of(element), element)
+    link = FileLink(scope + name if name else "", line_of(element), element)
     numbers = Numbers(robot, "link", link.name)
     inertial = element.find("inertial")
     if inertial is not None:
@@ -133,7 +133,7 @@ def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, ro
     return None
 
 
-def _joint(robot: RobotFile, element: _Element, scope: str) -> Joint:
+def _joint(robot: RobotFile, element: _Element, scope: str) -> FileJoint:
     name = element.get("name", "")
     kind = KINDS.get(element.get("type", ""), element.get("type", ""))
 
@@ -141,7 +141,7 @@ def _joint(robot: RobotFile, element: _Element, scope: str) -> Joint:
         link: str = element.findtext(tag, "").strip()
         return link if link in ("", "world") else scope + link
 
-    joint = Joint(scope + name if name else "", line_of(element), element, kind, end("parent"), end("child"))
+    joint = FileJoint(scope + name if name else "", line_of(element), element, kind, end("parent"), end("child"))
     numbers = Numbers(robot, "joint", joint.name)
     axis = element.find("axis")
     if axis is None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.description.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
+from ksl.checks.description.robot import Array, Inertial, FileJoint, Kind, FileLink, Mimic, Note, RobotFile, Shape
 from ksl.checks.description.shape_sizes import note_number_of_shapes, note_sizes
 from ksl.checks.description.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 from ksl.mechanism.joint_kinds import ANY_NAME
@@ -54,10 +54,10 @@ def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
     return rotation, np.zeros(3) if t is None else t
 
 
-def _link(robot: RobotFile, element: _Element) -> Link:
+def _link(robot: RobotFile, element: _Element) -> FileLink:
     name = element.get("name", "")
     numbers = Numbers(robot, "link", name)
-    link = Link(name, line_of(element), element)
+    link = FileLink(name, line_of(element), element)
     _once(robot, element, "link", name, ONCE["link"])
     inertial = element.find("inertial")
     if inertial is not None:
@@ -133,7 +133,7 @@ def _shape_of(robot: RobotFile, numbers: Numbers, shape: _Element, role: str, ro
     return None
 
 
-def _joint(robot: RobotFile, element: _Element) -> Joint:
+def _joint(robot: RobotFile, element: _Element) -> FileJoint:
     name = element.get("name", "")
     numbers = Numbers(robot, "joint", name)
     _once(robot, element, "joint", name, ONCE["joint"])
@@ -141,7 +141,7 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
     given = element.get("type", "")
     kind = ANY_NAME[given].name if given in ANY_NAME else given
     ends = ["" if end is None else end.get("link", "") for end in (parent, child)]
-    joint = Joint(name, line_of(element), element, kind, ends[0], ends[1])
+    joint = FileJoint(name, line_of(element), element, kind, ends[0], ends[1])
     axis, limit, dynamics = element.find("axis"), element.find("limit"), element.find("dynamics")
     if axis is not None:
         joint.axis, joint.axis_line, joint.axis_element = numbers.vector(axis, "xyz"), line_of(axis), axis

@@ -88,7 +88,7 @@ class Shape:
 
 
 @dataclass
-class Link:
+class FileLink:
     name: str
     line: int | None
     element: _Element | None
@@ -120,7 +120,7 @@ class Mimic:
 
 
 @dataclass
-class Joint:
+class FileJoint:
     name: str
     line: int | None
     element: _Element | None
@@ -168,8 +168,8 @@ class RobotFile:
     format: Format = "unknown"
     root: _Element | None = None
     name: str = ""
-    links: list[Link] = field(default_factory=list)
-    joints: list[Joint] = field(default_factory=list)
+    links: list[FileLink] = field(default_factory=list)
+    joints: list[FileJoint] = field(default_factory=list)
     syntax: list[Note] = field(default_factory=list)
     """Errors of the XML parser."""
     mended: bool = False
@@ -201,11 +201,11 @@ class RobotFile:
     not_checked: list[str] = field(default_factory=list)
 
     @cached_property
-    def link_of(self) -> dict[str, Link]:
+    def link_of(self) -> dict[str, FileLink]:
         return {link.name: link for link in reversed(self.links) if link.name}  # the first of a name
 
     @cached_property
-    def joint_of(self) -> dict[str, Joint]:
+    def joint_of(self) -> dict[str, FileJoint]:
         return {joint.name: joint for joint in reversed(self.joints) if joint.name}
 
     @cached_property
@@ -217,9 +217,9 @@ class RobotFile:
         return Names(self.joint_of)
 
     @cached_property
-    def joint_above(self) -> dict[str, Joint]:
+    def joint_above(self) -> dict[str, FileJoint]:
         """{link: the joint that carries it}: where there are several the first, unless it would cut the link off from the roots."""
-        above: dict[str, Joint] = {}
+        above: dict[str, FileJoint] = {}
         leaving: dict[str, list[int]] = {}
         for i, joint in enumerate(self.joints):
             above.setdefault(joint.child, joint)
@@ -247,15 +247,15 @@ class RobotFile:
         return above
 
     @cached_property
-    def joints_below(self) -> dict[str, list[Joint]]:
-        below: dict[str, list[Joint]] = {}
+    def joints_below(self) -> dict[str, list[FileJoint]]:
+        below: dict[str, list[FileJoint]] = {}
         for joint in self.joints:
             if self.joint_above.get(joint.child) is joint:
                 below.setdefault(joint.parent, []).append(joint)
         return below
 
     @cached_property
-    def roots(self) -> list[Link]:
+    def roots(self) -> list[FileLink]:
         """Links that no joint carries, the one with the most links below it first."""
         first = {link.name: link for link in reversed(self.links)}  # of several with a name one, so that each subtree is walked once
         free = [link for link in self.links if link.name and first[link.name] is link and link.name not in self.joint_above]
@@ -349,14 +349,14 @@ class RobotFile:
         return heavy
 
     @cached_property
-    def bodies(self) -> dict[str, list[Link]]:
+    def bodies(self) -> dict[str, list[FileLink]]:
         """{link nearest to the root: all links welded together with it}."""
-        found: dict[str, list[Link]] = {}
+        found: dict[str, list[FileLink]] = {}
         for link in self.links:
             found.setdefault(self.welded.get(link.name, link.name), []).append(link)
         return found
 
-    def matters(self, link: Link) -> bool:
+    def matters(self, link: FileLink) -> bool:
         """Whether a link has a share of the mass or of the moments of the body that it is welded into.
 
         Frames, sensors and markers are often given token masses so that simulators accept them.  Beside the part that

@@ -10,7 +10,7 @@ from ksl.generation.cuda.device import definitions, device_functions
 from ksl.generation.cuda.figures import Figures, figures
 from ksl.generation.cuda.kernels import THREADS, Kernel, arrays, kernels_text, parameters, signatures
 from ksl.generation.cuda.nvrtc import Nvrtc, find
-from ksl.generation.cuda.simulation import Motion, simulation_parameters
+from ksl.generation.cuda.simulation import StepFunctions, simulation_parameters
 from ksl.generation.requests import Function
 
 LAYOUTS: tuple[Literal["rows"], Literal["soa"]] = ("rows", "soa")
@@ -25,7 +25,7 @@ def cuda_header(
     functions: Sequence[Function],
     contract: bool,
     documented: Callable[[Function], str],
-    motion: Motion | None,
+    motion: StepFunctions | None,
 ) -> str:
     """motion: that of the kernel of many steps, if there is one."""
     prefix, macro = f"{name}_", name.upper()

@@ -34,7 +34,7 @@ METHODS = ("semi_implicit_euler", "rk4")
 
 
 @dataclass(frozen=True)
-class Motion:
+class StepFunctions:
     """What a kernel of many steps calls."""
 
     dynamics: Function
@@ -45,7 +45,7 @@ class Motion:
     loops: OpenStates | None
 
 
-def motion_of(model: Model, functions: Sequence[Function]) -> Motion | None:
+def motion_of(model: Model, functions: Sequence[Function]) -> StepFunctions | None:
     """None without functions for a step: what moves positions is `integrate`, where joints have several coordinates.  Raises ArgumentError for loops whose equations aren't found."""
     asked = {f.row: f for f in functions if not f.derivative}
     flat = all(joint.one_coordinate for joint in moving_joints(model))
@@ -53,13 +53,15 @@ def motion_of(model: Model, functions: Sequence[Function]) -> Motion | None:
         return None
     dynamics, sizes = asked["forward_dynamics"], (model.nq, model.nv)
     if not model.loops:
-        return Motion(dynamics, sizes, flat, None)
+        return StepFunctions(dynamics, sizes, flat, None)
     recording = dynamics.recording  # without sizes of pivots
     loops = open_states(model, replace(dynamics, recording=replace(recording, results=recording.results[:1], outputs=recording.outputs[: model.nv])))
-    return Motion(replace(loops.dynamics, name="forward_dynamics_between_steps"), sizes, flat, replace(loops, equations=replace(loops.equations, name="loops")))
+    return StepFunctions(
+        replace(loops.dynamics, name="forward_dynamics_between_steps"), sizes, flat, replace(loops, equations=replace(loops.equations, name="loops"))
+    )
 
 
-def simulated(motion: Motion, scalar: Literal["double", "float"], method: str) -> Kernel:
+def simulated(motion: StepFunctions, scalar: Literal["double", "float"], method: str) -> Kernel:
     """The kernel of runs, as calls of a model take it: steps, their length, and the distance between efforts are numbers."""
     (nq, nv), function = motion.sizes, replace(motion.dynamics, name="simulate", row="simulate", request=None, keywords={"method": method})
     return Kernel(
@@ -74,7 +76,7 @@ def simulated(motion: Motion, scalar: Literal["double", "float"], method: str) -
     )
 
 
-def simulation_parameters(motion: Motion, scalar: str) -> str:
+def simulation_parameters(motion: StepFunctions, scalar: str) -> str:
     """The kernel's parameters, as its declaration has them."""
     besides = "".join(f", const {scalar} *{name}, long long {name}_stride" for name, _ in motion.dynamics.recording.inputs[3:])
     given = ", ".join(f"const {scalar} *{name}, long long {name}_stride" for name in ("q", "v", "tau"))
@@ -88,13 +90,13 @@ def _names(method: str) -> str:
     return "simulate" if method == METHODS[0] else f"simulate_{method}"
 
 
-def simulation(motion: Motion, prefix: str, scalar: str, methods: Sequence[str] = METHODS[:1]) -> str:
+def simulation(motion: StepFunctions, prefix: str, scalar: str, methods: Sequence[str] = METHODS[:1]) -> str:
     """The kernels PREFIXsimulate and PREFIXsimulate_METHOD, behind the functions of one state, and what they call besides."""
     closing = _closing(motion, motion.loops, prefix) if motion.loops else ""
     return _move(motion, prefix, scalar) + "\n" + closing + "\n".join(_kernel(motion, prefix, scalar, method) for method in methods)
 
 
-def _kernel(motion: Motion, prefix: str, scalar: str, method: str) -> str:
+def _kernel(motion: StepFunctions, prefix: str, scalar: str, method: str) -> str:
     nq, nv = motion.sizes
     besides = "".join(f", {name} + state * {name}_stride" for name, _ in motion.dynamics.recording.inputs[3:])
     begin, goes, close, end = "", "", "", "at[k]"
@@ -125,7 +127,7 @@ extern "C" __global__ void __launch_bounds__({THREADS}) {prefix}{_names(method)}
 """
 
 
-def _euler(motion: Motion, prefix: str, scalar: str, accelerate: str, given: str) -> tuple[str, str]:
+def _euler(motion: StepFunctions, prefix: str, scalar: str, accelerate: str, given: str) -> tuple[str, str]:
     """Arrays of a step, and a step of semi-implicit Euler."""
     nv = motion.sizes[1]
     return (
@@ -142,7 +144,7 @@ def _euler(motion: Motion, prefix: str, scalar: str, accelerate: str, given: str
     )
 
 
-def _rk4(motion: Motion, prefix: str, scalar: str, accelerate: str, given: str) -> tuple[str, str]:
+def _rk4(motion: StepFunctions, prefix: str, scalar: str, accelerate: str, given: str) -> tuple[str, str]:
     """Arrays of a step, and a step of rk4 (src/simulate/methods/rk4.cpp): the four stages are turns of one loop, so that dynamics is there once."""
     nq, nv = motion.sizes
     sums = {"moved": ("v", "h / 6", "h / 3", "h / 3", "h / 6")}
@@ -181,7 +183,7 @@ def _rk4(motion: Motion, prefix: str, scalar: str, accelerate: str, given: str) 
     )
 
 
-def _move(motion: Motion, prefix: str, scalar: str) -> str:
+def _move(motion: StepFunctions, prefix: str, scalar: str) -> str:
     """Positions moved by a displacement, which may lie where they were."""
     nq, (first, sum_) = motion.sizes[0], ("", "q[k] + u[k]")
     if not motion.flat:
@@ -195,7 +197,7 @@ static __device__ __forceinline__ void {prefix}move(const {scalar} *q, const {sc
 """
 
 
-def _closing(motion: Motion, loops: OpenStates, prefix: str) -> str:
+def _closing(motion: StepFunctions, loops: OpenStates, prefix: str) -> str:
     """What closes loops after a step: closing.h, in the words of a card, which has no headers."""
     text = CLOSING.read_text(encoding="ascii")
     text = re.sub("^static ", "static __device__ __noinline__ ", text[text.index("#define FMU_MOST") : text.rindex("#endif")], flags=re.MULTILINE)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ksl.base.errors import MotionError
 from ksl.load_cases.case_files.case_file import read_cases
-from ksl.load_cases.results_table import AGAIN, Results, beside, reading_of
+from ksl.load_cases.results_table import AGAIN, SavedCase, beside, reading_of
 from ksl.mechanism.requests import names_in_order
 from ksl.mechanism.states import Array
 from ksl.mechanism.calls import Calls
@@ -34,7 +34,7 @@ def as_described(model: Model, description: Mapping[str, Any]) -> Model:
     return with_compliances(model, description["compliance"]) if description.get("compliance") else model
 
 
-def loops_of(results: Results) -> str:
+def loops_of(results: SavedCase) -> str:
     """The file of the joints that close loops, or that those of the robot's file were cut."""
     if results.made_by.get("options", {}).get("loops") == "cut":
         return "cut"
@@ -42,7 +42,7 @@ def loops_of(results: Results) -> str:
     return str(beside(results, files[0])) if files else ""
 
 
-def model_of_results(results: Results, file: str, robot: str | os.PathLike[str] | None = None) -> Model:
+def model_of_results(results: SavedCase, file: str, robot: str | os.PathLike[str] | None = None) -> Model:
     """The robot of a load case of results, from the file that they name.
 
     file: the results, for messages.  robot: another file, where that one has moved.  Raises MotionError and DescriptionError.
@@ -66,7 +66,7 @@ def model_of_results(results: Results, file: str, robot: str | os.PathLike[str] 
     return as_described(loaded, made)
 
 
-def external_of_results(model: Calls, results: Results, time: Array) -> tuple[dict[str, Array], str]:
+def external_of_results(model: Calls, results: SavedCase, time: Array) -> tuple[dict[str, Array], str]:
     """The external wrenches of the load case, or why they can't be read again."""
     if not results.description.get("external"):
         return {}, ""
@@ -89,7 +89,7 @@ def external_of_results(model: Calls, results: Results, time: Array) -> tuple[di
     return {}, why
 
 
-def _of_case_file(model: Model, results: Results, file: Path) -> dict[str, Array]:
+def _of_case_file(model: Model, results: SavedCase, file: Path) -> dict[str, Array]:
     """The external wrenches that the file of load cases says, read again with its motions."""
     motion = results.description.get("motion")
     cases, _ = read_cases(model, file, motion=beside(results, motion) if motion else None, reading=reading_of(results))
@@ -99,7 +99,7 @@ def _of_case_file(model: Model, results: Results, file: Path) -> dict[str, Array
     return dict(found.external)
 
 
-def require_same(model: Model, results: Results, file: str, states: tuple[Array, Array, Array], external: Mapping[str, Array]) -> None:
+def require_same(model: Model, results: SavedCase, file: str, states: tuple[Array, Array, Array], external: Mapping[str, Array]) -> None:
     """Raises MotionError where this robot gives other wrenches than the results hold: it has changed since."""
     joints: dict[tuple[str, str, str], list[str]] = {}
     for name, w in results.wrenches.items():

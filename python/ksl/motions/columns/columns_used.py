@@ -9,7 +9,7 @@ from functools import cached_property
 
 from ksl.base.csv_cells import text_of_cell
 from ksl.base.errors import MotionError, close_names
-from ksl.base.notes import Kind, Note, not_of_kind, of_kind
+from ksl.base.notes import NoteKind, Note, not_of_kind, of_kind
 from ksl.base.words import listed
 from ksl.mechanism.freedoms import are_enough, leads
 from ksl.mechanism.mechanism import Joint, Mechanism
@@ -374,9 +374,9 @@ def _notes(table: Recorded, known: Mapping[str, Quantity], choice: Choice, rules
 def with_unused_together(notes: Iterable[str]) -> list[str]:
     """Notes in which the lines about columns that are not used are one."""
     lines = list(notes)
-    left = [note.of for note in of_kind(lines, Kind.COLUMN)]
-    return not_of_kind(lines, Kind.COLUMN) + ([f"columns that are not used: {listed(left)}"] if left else [])
+    left = [note.of for note in of_kind(lines, NoteKind.COLUMN)]
+    return not_of_kind(lines, NoteKind.COLUMN) + ([f"columns that are not used: {listed(left)}"] if left else [])
 
 
 def _unused_column(column: str) -> Note:
-    return Note(Kind.COLUMN, f"not used: column {column}", column)
+    return Note(NoteKind.COLUMN, f"not used: column {column}", column)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ksl.base.errors import MotionError
-from ksl.base.notes import Kind, Note, not_of_kind
+from ksl.base.notes import NoteKind, Note, not_of_kind
 from ksl.base.words import listed
 from ksl.mechanism.states import Array
 from ksl.motions.columns.recorded import Recorded
@@ -99,14 +99,14 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
     notes: list[str] = [] if column.name == TIME else [both] if column.nanoseconds else [_taken_as_time(column)]
     scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
-        converted = Note(Kind.TIME_UNIT, f"times were converted from {bare(column.unit)} to s")
+        converted = Note(NoteKind.TIME_UNIT, f"times were converted from {bare(column.unit)} to s")
         notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else converted)
     notes += [wrapped] * bool(wrapped)
     first = float(time[0]) if len(time) else math.nan
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
             scale = size
-            notes = [*not_of_kind(notes, Kind.TIME_UNIT), f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
+            notes = [*not_of_kind(notes, NoteKind.TIME_UNIT), f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
             time = time - first
             break
     time, rounded = even_again(time * scale, spacing * scale)
@@ -115,4 +115,4 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
 
 def _taken_as_time(column: TimeColumn) -> str:
     said = f"column {column.name!r} is taken as the time"
-    return said if column.unit else Note(Kind.TIME_UNIT, f"{said}, in s")
+    return said if column.unit else Note(NoteKind.TIME_UNIT, f"{said}, in s")

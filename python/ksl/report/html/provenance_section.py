@@ -7,7 +7,7 @@ from typing import Any
 
 from ksl.base.files_read import InputFile
 from ksl.base.markup import html as escape
-from ksl.base.notes import Kind, of_kind
+from ksl.base.notes import NoteKind, of_kind
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.verdict import NAMED
 
@@ -48,9 +48,9 @@ def _rigidity(case: Case) -> str:
 
 def _followed(case: Case) -> str:
     kind = [case.get("kind", "")]
-    if of_kind(kind, Kind.SIMULATED):
+    if of_kind(kind, NoteKind.SIMULATED):
         return f"The motion is computed ({kind[0]}), and is that of rigid bodies."
-    return "The mechanism is at rest." if of_kind(kind, Kind.HELD) else "The motion is followed exactly."
+    return "The mechanism is at rest." if of_kind(kind, NoteKind.HELD) else "The motion is followed exactly."
 
 
 def _physics(case: Case) -> str:
@@ -85,7 +85,7 @@ def provenance_section(provenance: Provenance, notes: Sequence[str], components:
     ]
     rows = "".join(f'<tr><th scope="row">{name}</th><td>{escape(text)}</td></tr>' for name, text in facts if text)
     made = f'<table class="facts"><caption>How they were made</caption><tbody>{rows}</tbody></table>'
-    unused = [note.of for note in of_kind(notes, Kind.VISUALS, Kind.CONTENT)]
+    unused = [note.of for note in of_kind(notes, NoteKind.VISUALS, NoteKind.CONTENT)]
     lists = (
         f"<h3>Assumptions</h3>{_list(assumptions(p.cases))}<h3>Content of the robot's file that was ignored</h3>{_list(unused) if unused else '<p>None.</p>'}"
     )

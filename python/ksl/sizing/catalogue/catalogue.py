@@ -5,7 +5,7 @@ from __future__ import annotations
 from ksl.sizing.bearings import ANGULAR_CONTACT
 from ksl.sizing.bolt_strength import MODULI, THREADS_IN, TIGHTENING
 from ksl.sizing.catalogue.catalogue_key import Key as Key
-from ksl.sizing.catalogue.catalogue_key import Kind as Kind
+from ksl.sizing.catalogue.catalogue_key import ComponentKind as ComponentKind
 from ksl.sizing.catalogue.catalogue_pins import BUSH, CYLINDER, PIN
 from ksl.sizing.catalogue.catalogue_stiffness import AXIAL, CLASSES, INTERFACE, RADIAL, TILTING, TORSION
 from ksl.sizing.fatigue import BELOW_KNEES, MEAN_STRESSES, RESIDUES
@@ -56,7 +56,7 @@ SIDE = Key(
     choices=("child", "parent"),
 )
 
-MOTOR = Kind(
+MOTOR = ComponentKind(
     "motor",
     "motor and drive, numbers at the rotor's shaft",
     "driven",
@@ -74,7 +74,7 @@ MOTOR = Kind(
         Key("brake_torque", "N m", "static, of the holding brake at the rotor", "1.0"),
     ),
 )
-STRAIN_WAVE = Kind(
+STRAIN_WAVE = ComponentKind(
     "strain wave gear",
     "harmonic drive; torques at the output, speeds at the input",
     "turning",
@@ -93,7 +93,7 @@ STRAIN_WAVE = Kind(
         LIFE[0],
     ),
 )
-PLANETARY = Kind(
+PLANETARY = ComponentKind(
     "planetary gear",
     "torques at the output, speeds at the input",
     "turning",
@@ -109,7 +109,7 @@ PLANETARY = Kind(
         *TORSION,
     ),
 )
-CROSSED_ROLLER = Kind(
+CROSSED_ROLLER = ComponentKind(
     "crossed roller bearing",
     "carries axial and radial force and the tilting moment about the pitch plane of its rollers",
     "turning",
@@ -125,7 +125,7 @@ CROSSED_ROLLER = Kind(
         *LIFE,
     ),
 )
-PAIR = Kind(
+PAIR = ComponentKind(
     "bearing pair",
     "two bearings on the joint's axis; the locating one carries the axial force",
     "turning",
@@ -135,7 +135,7 @@ PAIR = Kind(
         *LIFE,
     ),
 )
-OPPOSED = Kind(
+OPPOSED = ComponentKind(
     "opposed angular contact bearings",
     "two single rows against each other, without preload",
     "turning",
@@ -149,7 +149,7 @@ OPPOSED = Kind(
         *LIFE,
     ),
 )
-FLANGE = Kind(
+FLANGE = ComponentKind(
     "bolted flange",
     "of a fixed joint, of `base`, or between a gear and a link; preloaded bolts by VDI 2230",
     "any",
@@ -207,7 +207,7 @@ FLANGE = Kind(
         *INTERFACE,
     ),
 )
-FATIGUE = Kind(
+FATIGUE = ComponentKind(
     "fatigue",
     "rainflow count of a stress that is a sum of components of the wrench, and Miner's sum",
     "any",
@@ -253,7 +253,7 @@ FATIGUE = Kind(
         LIFE[0],
     ),
 )
-LIMITS = Kind(
+LIMITS = ComponentKind(
     "limits",
     "plain limits of an actuator, a bearing or a section: magnitudes over all cases",
     "any",

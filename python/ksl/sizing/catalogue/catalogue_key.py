@@ -37,7 +37,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ComponentKind:
     """A kind of component."""
 
     name: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ksl.sizing.buckling import TETMAJER
-from ksl.sizing.catalogue.catalogue_key import Key, Kind
+from ksl.sizing.catalogue.catalogue_key import Key, ComponentKind
 
 MOMENT = Key(
     "moment",
@@ -17,7 +17,7 @@ MOMENT = Key(
 POSITION = Key("position", "m", "of its middle on the joint's axis, from the joint's origin", "0.0", sign="any", default=0.0)
 LIFE = Key("required_life_h", "h", "life that is asked for; otherwise that at the top of the file", "8000")
 
-PIN = Kind(
+PIN = ComponentKind(
     "pin",
     "of an eye between two cheeks, loose in both: bending, shear, bearing pressure",
     "any",
@@ -35,7 +35,7 @@ PIN = Kind(
         Key("cheek_pressure", "Pa", "allowed bearing pressure in the cheeks", "90e6"),
     ),
 )
-BUSH = Kind(
+BUSH = ComponentKind(
     "plain bush",
     "one on the joint's axis, or two with a spacing: specific pressure, speed, p·v, wear",
     "turning",
@@ -54,7 +54,7 @@ BUSH = Kind(
         LIFE,
     ),
 )
-CYLINDER = Kind(
+CYLINDER = ComponentKind(
     "hydraulic cylinder",
     "with one rod: pressures on both sides, buckling of the rod, stroke, flow",
     "sliding",

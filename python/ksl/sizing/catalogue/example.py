@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 
 from ksl.sizing.catalogue.bolt_numbers import OF_BOLT
-from ksl.sizing.catalogue.catalogue import KINDS, Key, Kind
+from ksl.sizing.catalogue.catalogue import KINDS, Key, ComponentKind
 from ksl.sizing.catalogue.catalogue_stiffness import OF_STIFFNESS
 
 HEAD = """\
@@ -41,7 +41,7 @@ def example_file(joint: str = "JOINT", robot: str = "", sliding: str | None = "S
     return head + "".join(_of_kind(kind, joint, sliding) for kind in KINDS.values())
 
 
-def _of_kind(kind: Kind, joint: str, sliding: str | None) -> str:
+def _of_kind(kind: ComponentKind, joint: str, sliding: str | None) -> str:
     """The component, commented out where the robot has no joint for it."""
     if kind.joints != "sliding":
         return "".join(_component(kind, joint))
@@ -49,7 +49,7 @@ def _of_kind(kind: Kind, joint: str, sliding: str | None) -> str:
     return lines if sliding else "".join(f"# {line}" if line.strip() else line for line in lines.splitlines(keepends=True))
 
 
-def _component(kind: Kind, joint: str) -> Iterator[str]:
+def _component(kind: ComponentKind, joint: str) -> Iterator[str]:
     yield f"\n[[component]]             # {kind.name}: {kind.meaning}\n"
     yield f"joint = {_quoted(joint)}           # or joints = [{_quoted(joint)}, …]\n"
     yield f'kind = "{kind.name}"\nname = "{kind.name} 1"\n'

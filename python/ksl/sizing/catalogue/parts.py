@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ksl.sizing.catalogue.catalogue_key import Kind
+from ksl.sizing.catalogue.catalogue_key import ComponentKind
 from ksl.sizing.samples import Spectrum
 
 
@@ -14,7 +14,7 @@ from ksl.sizing.samples import Spectrum
 class Part:
     """A component with checked values: numbers are finite; those of the wrong sign are in `refused`, and why."""
 
-    kind: Kind
+    kind: ComponentKind
     name: str
     joints: tuple[str, ...]
     values: Mapping[str, Any]
@@ -44,7 +44,7 @@ class Request:
     """What is to be chosen from a catalogue for a joint."""
 
     joint: str
-    kind: Kind
+    kind: ComponentKind
     margin: float = 1.0
     """Every utilisation is at most its inverse."""
     by: Literal["mass", "price"] = "mass"

@@ -7,7 +7,7 @@ from typing import Any
 
 from ksl.base.errors import SizingError, near_names, unknown_name
 from ksl.base.toml_lines import line_of
-from ksl.sizing.catalogue.catalogue import FLANGE, KINDS, Key, Kind
+from ksl.sizing.catalogue.catalogue import FLANGE, KINDS, Key, ComponentKind
 from ksl.sizing.catalogue.catalogue_numbers import COMPONENTS_OF_STRESS, FORMS, LARGEST, fault_of, in_millimetres, is_number, numbers_in
 
 
@@ -69,7 +69,7 @@ class Reader:
             refused[name] = f"{self.at(*path)}: {name} = {x!r} {fault}"
         return numbers[0] if key.shape == "number" else x
 
-    def whole(self, kind: Kind, values: Mapping[str, Any], path: tuple[str | int, ...]) -> None:
+    def whole(self, kind: ComponentKind, values: Mapping[str, Any], path: tuple[str | int, ...]) -> None:
         """Refuses a component without the keys that it needs, and one that contradicts itself."""
         for key in (key for key in kind.keys if key.needed):
             if key.name not in values:

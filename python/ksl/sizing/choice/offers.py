@@ -14,7 +14,7 @@ from ksl.base.input_files import path_given
 from ksl.base.toml_files import read_text, toml_of
 from ksl.base.toml_lines import toml_lines
 from ksl.sizing.catalogue.catalogue import KINDS
-from ksl.sizing.catalogue.catalogue_key import Key, Kind
+from ksl.sizing.catalogue.catalogue_key import Key, ComponentKind
 from ksl.sizing.catalogue.catalogue_numbers import as_toml
 from ksl.sizing.catalogue.requests import NOT_CHOSEN
 from ksl.sizing.choice.rows import rows_of_csv, rows_of_workbook, tables_of_rows
@@ -31,7 +31,7 @@ MEND = "give a catalogue, TOML with tables [[component]], CSV or xlsx with a row
 class Offer:
     """An entry of a catalogue."""
 
-    kind: Kind
+    kind: ComponentKind
     name: str
     mass: float
     price: float | None

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from ksl.base.errors import SizingError
 from ksl.sizing.utilisation.bearing_figures import crossed_roller_figures, opposed_figures, pair_figures
 from ksl.sizing.utilisation.bolt_figures import flange_figures
-from ksl.sizing.catalogue.catalogue_key import Kind
+from ksl.sizing.catalogue.catalogue_key import ComponentKind
 from ksl.sizing.catalogue.parts import Components, Part
 from ksl.sizing.utilisation.cylinder_figures import cylinder_figures
 from ksl.sizing.utilisation.fatigue_figures import fatigue_figures
@@ -71,7 +71,7 @@ def sheet_of(part: Part, samples: JointSamples, demands: Demands, gear: Part | N
     return sheet, FIGURES[part.kind.name](sheet)
 
 
-def check_kind(table: Results, kind: Kind, name: str, where: str) -> None:
+def check_kind(table: Results, kind: ComponentKind, name: str, where: str) -> None:
     """Refuses a component of a kind that can't sit on a joint."""
     joint = table.joints[name]
     fits = {"turning": joint.turns, "sliding": joint.driven and not joint.turns, "driven": joint.driven, "any": True}

@@ -1,6 +1,6 @@
 """Files of sweeps: written under a name of their own first."""
 
-from ksl.output.parts import write_part
+from ksl.output.part_files import write_part
 
 import sets
 
