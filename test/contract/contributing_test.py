@@ -154,6 +154,23 @@ def test_the_files_it_names_exist():
     assert missing == examples, "CONTRIBUTING.md names files that don't exist"
 
 
+def test_the_files_that_comments_name_exist():
+    """Of comments, docstrings and includes: from the root, from where includes begin, or from the file's own folder."""
+    named = re.compile(r"(?<![\w./{<\"'-])((?:[a-z_0-9]+/)+\w+\.(?:hpp|cpp|h|inc|py|md|mk))(?![\w(])")
+    of_others = {"platformio/package/manifest/schema.py"}
+    roots = [ROOT / folder for folder in ("", "src", "include", "include/ksl", "python", "python/ksl", "test", "scripts")]
+    files = [
+        path
+        for folder in ("api", "include", "python", "src")
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in (".py", ".hpp", ".cpp", ".h", ".inc", ".md")
+    ]
+    found = [(path, name) for path in files for name in named.findall(path.read_text(encoding="utf-8")) if name not in of_others]
+    assert len(found) > 100
+    missing = [f"{path.relative_to(ROOT)}: {name}" for path, name in found if not any((at / name).exists() for at in (*roots, path.parent, path.parent.parent))]
+    assert not missing, f"files that don't exist: {missing}"
+
+
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
 def test_a_new_kind_of_joint(tmp_path, compiler):
     shutil.copytree(ROOT / "include", tmp_path / "include")
