@@ -12,11 +12,13 @@ from ksl import _core
 from ksl.base.errors import ArgumentError
 from ksl.generation.arguments import argument_texts, least_pivot
 from ksl.generation.c99 import NOT_FUSED, Printer, about_bytes
+from ksl.generation.casadi_files import casadi_source
 from ksl.generation.cuda.files import cuda_header, cuda_source, of_the_card
 from ksl.generation.cuda.simulation import StepFunctions, motion_of, simulation
 from ksl.generation.flash import flash_bytes, of_soft_float
 from ksl.generation.lanes_files import lanes_files
 from ksl.generation.manifest import manifest
+from ksl.generation.open_reactions import Undetermined
 from ksl.generation.recording import DERIVATIVES, Operation
 from ksl.generation.requests import ALONG, Function
 from ksl.generation.rows import ROWS
@@ -46,6 +48,9 @@ class Code:
     """Is there NAME_casadi.c?"""
     cuda: bool = False
     """Are there NAME.cuh and NAME.cu?"""
+    derivatives: int = 1
+    undetermined: Undetermined = "refuse"
+    """Both of the functions for CasADi."""
 
     @property
     def prefix(self) -> str:
@@ -59,7 +64,7 @@ class Code:
         return f"{self.prefix}{of.name}"
 
     def files(self) -> dict[str, str]:
-        """{name: text}, the same each time."""
+        """{name: text}, the same each time.  It is the list of all files that are generated."""
         many: dict[str, str] = {}
         if self.lanes:
             many |= lanes_files(self.first_line(), self.name, self.scalar, self.lanes, self.functions, self.contract)
@@ -72,7 +77,15 @@ class Code:
             "CMakeLists.txt": self.cmake(),
             "library.json": manifest(self.name, _core.__version__, self.first_line(), self.contract),
             "README.md": self.readme(),
+            **self.casadi_files(),
         }
+
+    def casadi_files(self) -> dict[str, str]:
+        if not self.casadi:
+            return {}
+        inner = f"{self.name}_casadi_"
+        source = casadi_source(self.model, self.functions, self.first_line(), inner, inner, self.derivatives, self.undetermined)
+        return {f"{self.name}_casadi.c": source}
 
     @cached_property
     def cuda_files(self) -> tuple[str, str]:

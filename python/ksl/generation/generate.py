@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ksl.base.errors import ArgumentError, of_argument
 from ksl.generation.arguments import arguments_given
-from ksl.generation.casadi_files import casadi_source, checked_derivatives
+from ksl.generation.casadi_files import checked_derivatives
 from ksl.generation.files import Code
 from ksl.generation.flash import refuse_larger
 from ksl.generation.lanes_files import POSSIBLE
@@ -100,12 +100,9 @@ def generate(
     functions = functions_of(model, list(algorithms), replace(arguments_given(model, arguments), pivots=pivots), scalar == "float", undetermined)
     if cuda or lanes:
         refuse_unwritten(functions, "has no kernel; the whole matrix has one" if cuda else "has no function of many states; the whole matrix has one")
-    code = Code(model, prefix, scalar, contract, functions, lanes, abi == "casadi", cuda)
+    code = Code(model, prefix, scalar, contract, functions, lanes, abi == "casadi", cuda, checked_derivatives(derivatives), undetermined)
     refuse_larger(functions, scalar, code.names_bytes, flash)
     files = code.files()
-    if code.casadi:
-        inner = f"{prefix}_casadi_"
-        files[f"{prefix}_casadi.c"] = casadi_source(model, functions, code.first_line(), inner, inner, checked_derivatives(derivatives), undetermined)
     folder = Path(output)
     refuse_inputs([folder / file for file in files], [given.file for given in model.inputs])
     with staged(folder, (), None if force else lambda: _refuse_others(folder, list(files), prefix)) as stage:
