@@ -10,7 +10,7 @@ from hinged_rods import BODY, HINGE, ROD
 from ksl.base.errors import MotionError
 from ksl.load_cases import load_case
 from ksl.load_cases.case_files.motion_given import motion_given
-from ksl.load_cases.case_result import compute
+from ksl.load_cases.case_result import compute_case
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.wrench_table import wrenches_of_arrays
 from ksl.motions.motion import Motion
@@ -20,7 +20,7 @@ from ksl.motions.motion import Motion
 def test_a_payload_of_five_times_the_robot_is_suspected(robot, mass, doubted):
     m = robot(ROD)
     case = LoadCase(m.with_payload("rod", mass, (0, 0, 0)), Motion(np.zeros(1), *np.zeros((3, 1, 1))), payloads=[Payload("rod", mass, (0.0, 0.0, 0.0))])
-    said = [line for line in compute(case).doubts if line.startswith("the payload on rod has")]
+    said = [line for line in compute_case(case).doubts if line.startswith("the payload on rod has")]
     assert bool(said) == doubted and all(f"{mass:g} kg, 5 times the robot's own 2 kg" in line for line in said)
 
 
@@ -30,7 +30,7 @@ def test_a_payload_on_a_robot_without_masses_is_none_of_grams(robot):
         masses="optional",
     )
     case = LoadCase(m.with_payload("rod", 500, (0, 0, 0)), Motion(np.zeros(1), *np.zeros((3, 1, 1))), payloads=[Payload("rod", 500.0, (0.0, 0.0, 0.0))])
-    assert not [line for line in compute(case).doubts if "grams" in line]
+    assert not [line for line in compute_case(case).doubts if "grams" in line]
 
 
 def test_rates_of_a_table_are_taken_if_all_are_there(robot):
@@ -64,7 +64,7 @@ def test_numbers_beyond_the_range_name_sample_and_quantity(robot, monkeypatch, s
     for speed, acceleration, said in ((1e100, 1e250, "power of pin is not finite"), (1e300, 0.0, "inverse_dynamics_with_reactions: ")):
         v, a = (np.where(np.arange(5) == sample, x, 0.0)[:, None] for x in (speed, acceleration))
         with pytest.raises(MotionError, match=rf"motion: sample {sample + 1} \(time {sample}\): {said}"):
-            compute(LoadCase(robot(ROD), Motion(np.arange(5.0), np.zeros((5, 1)), v, a)))
+            compute_case(LoadCase(robot(ROD), Motion(np.arange(5.0), np.zeros((5, 1)), v, a)))
 
 
 @pytest.mark.parametrize("shape", [(6,), (1, 6), (3, 6)])
@@ -89,7 +89,7 @@ def test_lengths_beyond_twice_the_extent_are_doubted(robot, placement, payload, 
     for p in carried:
         m = m.with_payload(p.link, p.mass, p.center, None if p.inertia is None else np.reshape(p.inertia, (3, 3)))
     case = LoadCase(m, Motion(np.zeros(1), *np.zeros((3, 1, 1))), Placement(**placement), payloads=carried)
-    doubts = [line for line in compute(case).doubts if "robot's extent" in line]
+    doubts = [line for line in compute_case(case).doubts if "robot's extent" in line]
     assert len(doubts) == bool(said) and all(line.startswith(said) for line in doubts)
 
 
@@ -98,4 +98,4 @@ def test_errors_name_the_file_of_a_motion_or_its_case(robot, file, named):
     far = Motion(np.zeros(1), np.zeros((1, 1)), np.full((1, 1), 1e300), np.zeros((1, 1)))
     for motion, said in ((far, "sample 1 "), (replace(far, v=np.full((1, 1), 1e200), a=np.full((1, 1), 1e200)), "sample 1 ")):
         with pytest.raises(MotionError, match=f"^{named}: {said}"):
-            compute(LoadCase(robot(ROD), motion, name="lift", motion_file=file))
+            compute_case(LoadCase(robot(ROD), motion, name="lift", motion_file=file))

@@ -9,7 +9,7 @@ import pytest
 import ksl
 from ksl.load_cases import holding, loop_motion, undetermined
 from ksl.load_cases.case_files import stops
-from ksl.load_cases.case_result import compute
+from ksl.load_cases.case_result import compute_case
 from ksl.load_cases.closed_mechanism import closed_mechanism, mobility_at_home
 from ksl.load_cases.closed_poses import Reach, closed_pose, named_joints, reach_of
 from ksl.load_cases.computed_cases import ComputedCases
@@ -270,5 +270,5 @@ def test_closed_mechanisms_in_words(robot):
     }  # fmt: skip
     for drives, freedoms, brake, doubted in (("A", 1, False, 0), ("AD", 1, False, 1), ("AD", 2, False, 0), ("AD", 1, True, 0)):
         motion = Motion(np.zeros(1), q, *np.zeros((2, 1, 3)), closing=Closing(("A",), 0.0, 0.0, (), freedoms))
-        doubts = compute(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brakes_from=0.0 if brake else 0.1)).doubts
+        doubts = compute_case(LoadCase(robot(FOURBAR, drives=list(drives)), motion, brakes_from=0.0 if brake else 0.1)).doubts
         assert len([line for line in doubts if line.startswith("A, D: 2 drives move 1 freedom: ")]) == len(doubts) == doubted

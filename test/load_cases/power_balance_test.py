@@ -7,7 +7,7 @@ import pytest
 
 from hinged_rods import ROD
 from ksl.base.errors import MotionError
-from ksl.load_cases.case_result import compute
+from ksl.load_cases.case_result import compute_case
 from ksl.load_cases.force_elements import element_ranges
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import PowerBalance, power_round_off, untold
@@ -50,13 +50,13 @@ def test_a_balance_beyond_the_range_is_refused(robot):
     """A speed that ends at once: wrenches and energies are numbers, and the rate of the energy is none."""
     v = np.where(np.arange(8) < 4, 1e74, 0.0)[:, None]
     with pytest.raises(MotionError, match="motion: power balance: energy or power of all joints is not finite"):
-        compute(LoadCase(robot(ROD), Motion(1e-170 * np.arange(8), np.zeros((8, 1)), v, np.zeros((8, 1)))))
+        compute_case(LoadCase(robot(ROD), Motion(1e-170 * np.arange(8), np.zeros((8, 1)), v, np.zeros((8, 1)))))
 
 
 @pytest.mark.parametrize(("samples", "balanced"), [(5, False), (6, True)])
 def test_balances_of_short_motions(robot, samples, balanced):
     t = np.arange(float(samples))
-    found = compute(LoadCase(robot(ROD), Motion(t, t[:, None] ** 2, 2 * t[:, None], np.full((samples, 1), 2.0)))).balance
+    found = compute_case(LoadCase(robot(ROD), Motion(t, t[:, None] ** 2, 2 * t[:, None], np.full((samples, 1), 2.0)))).balance
     assert (found is not None) == balanced and (not balanced or found.relative_residual < 1e-9)
 
 
@@ -68,7 +68,7 @@ def test_a_power_balance_at_a_jump_of_the_acceleration(robot, before, mass):
     v = np.where(t < 1, t, 1 - 3 * (t - 1))
     q, a = np.where(t < 1, t**2 / 2, 1 / 2 + (t - 1) - 1.5 * (t - 1) ** 2), np.where((t < 1) | (before & (t == 1)), 1.0, -3.0)
     m = robot(ROD.replace('mass value="2"', f'mass value="{mass}"'))
-    balance = compute(LoadCase(m, Motion(t, q[:, None], v[:, None], a[:, None], corner_times=np.array([1.0])))).balance
+    balance = compute_case(LoadCase(m, Motion(t, q[:, None], v[:, None], a[:, None], corner_times=np.array([1.0])))).balance
     assert balance.relative_residual < 1e-9 and balance.largest_power == pytest.approx(0.25 * mass * np.abs(a * v).max())
 
 
@@ -76,7 +76,7 @@ def test_round_off_is_that_of_the_largest_effort(robot):
     """Of a rod that weighs a gram, and swings about a vertical axis."""
     m, t = robot(ROD.replace('mass value="2"', 'mass value="1e-3"')), np.linspace(0, 1, 30)
     q, v, a = np.sin(9 * t)[:, None], 9 * np.cos(9 * t)[:, None], -81 * np.sin(9 * t)[:, None]
-    balance = compute(LoadCase(m, Motion(t, q, v, a))).balance
+    balance = compute_case(LoadCase(m, Motion(t, q, v, a))).balance
     kinetic, potential = m.energy(q, v)
     assert balance.round_off == pytest.approx(power_round_off(t, kinetic, potential, q, v, 1e-3 * 0.25 * np.abs(a).max()), rel=1e-9)
     assert balance.exchanged == pytest.approx(np.abs(np.gradient(kinetic, t)).max(), rel=1e-12)
@@ -88,7 +88,7 @@ def test_dampers_between_points_turn_power_into_heat(robot):
     m = robot(ROD.replace("</joint>", '<dynamics damping="0.4"/></joint>').replace("</robot>", damper + "</robot>"), physics=["damping", "force elements"])
     t = np.linspace(0, 2, 400)
     q, v = np.sin(3 * t), 3 * np.cos(3 * t)
-    balance = compute(LoadCase(m, Motion(t, q[:, None], v[:, None], -9 * q[:, None]))).balance
+    balance = compute_case(LoadCase(m, Motion(t, q[:, None], v[:, None], -9 * q[:, None]))).balance
     way = 0.5 * np.column_stack([np.cos(q), np.sin(q)]) - [1, 0.5]
     rate = np.sum(way * 0.5 * np.column_stack([-np.sin(q), np.cos(q)]) * v[:, None], axis=1) / np.linalg.norm(way, axis=1)
     assert balance.dissipation == pytest.approx(0.4 * v**2 + 3 * rate**2, rel=1e-9, abs=1e-12) and balance.relative_residual < 1e-6

@@ -37,7 +37,7 @@ class CaseResult:
     """Why the numbers themselves are doubted, most important first."""
 
 
-def compute(case: LoadCase, sink: Callable[[Block], None] | None = None, advance: Callable[[int], None] | None = None) -> CaseResult:
+def compute_case(case: LoadCase, sink: Callable[[Block], None] | None = None, advance: Callable[[int], None] | None = None) -> CaseResult:
     """Computes a load case block by block, while a second thread gives the previous block to `sink`.
 
     advance: is told the number of samples of each block.  Raises MotionError where results are not finite.

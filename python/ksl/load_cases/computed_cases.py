@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from ksl.base.notes import not_used
 from ksl.base.words import of_cases
-from ksl.load_cases.case_result import CaseResult, compute
+from ksl.load_cases.case_result import CaseResult, compute_case
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.ranking import Ranking, severity
@@ -109,7 +109,7 @@ class ComputedCases:
         wanted = [j.name for j in self.cases[0].joints if self.cases[0].placement.wanted(j.name)]
         for i, case in enumerate(self.cases):
             of_case = _numbered(sink, i) if sink else None
-            results.append(compute(case, of_case, advance))
+            results.append(compute_case(case, of_case, advance))
             ranking.add(results[i], wanted)
             kept.append(i)
             if len(kept) > self._most:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ksl.base.errors import unknown_name
 from ksl.base.notes import NoteKind, not_of_kind
-from ksl.load_cases.case_result import CaseResult, compute
+from ksl.load_cases.case_result import CaseResult, compute_case
 from ksl.load_cases.computed_cases import ComputedCases
 from ksl.load_cases.summary_table import SUMMARY, worst_rows, write_summary
 from ksl.load_cases.verdict import Verdict, percent
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 
 class Run(ComputedCases):
-    """Load cases of a robot and their results, which are computed when they are first asked for.
+    """Load cases of a robot and their results, and the files and the report of them.
 
-    All load cases have the same joints and the same placement of wrenches.
+    All load cases have the same joints and the same placement of wrenches.  Results are computed when they are first asked for.
     """
 
     sizing: Sizing | None = None
@@ -120,7 +120,9 @@ class Run(ComputedCases):
     def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
         from ksl.report.input_of_run import report_input
 
-        return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.cases, self.rows, self.provenance, self.verdict, self.notes)
+        return report_input(
+            [r if r.loads is not None else compute_case(r.case) for r in shown], self.cases, self.rows, self.provenance, self.verdict, self.notes
+        )
 
     def __repr__(self) -> str:
         cases = f"{len(self.cases)} load cases" if len(self.cases) > 1 else f"load case {self.cases[0].name}"
