@@ -1,4 +1,4 @@
-// Derivatives of what a graph computes: its steps again, on the graph in force, and beside each of them its rate or its weight.
+// Derivatives of what a graph computes: its steps are recorded again, and beside each of them the step's rate or its weight.
 //
 //     y = x₀ x₁        rate    y'  = x₀' x₁ + x₀ x₁'                     (forward)
 //                      weight  x̄₀ += ȳ x₁,  x̄₁ += ȳ x₀                  (backward)

@@ -104,7 +104,7 @@ def standard_input(limit: int) -> bytes:
 def bounded(source: BinaryIO, limit: int, what: str = "is") -> bytes:
     """The rest of a stream.  Raises Unreadable if that is more than the limit: files can grow, and pipes have no size.
 
-    A stream that is asked for much takes the memory for it before it looks how much there is, so it is asked for what its file has, or for pieces.
+    Python allocates all that read() is asked for before it reads, so it is asked for the size of the file, or for pieces where there is none.
     """
     pieces, left = list[bytes](), limit + 1
     try:

@@ -127,7 +127,7 @@ def _not_singular(model: Calls, q: Array) -> Array:
 def of_motion(model: Calls, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, tolerance: float = 1e-4) -> BaseParameters:
     """What the efforts of a motion depend on: q (n, nq), v and a (n, nv).
 
-    tolerance: a parameter is independent of those before it if what is left of its column, after these are projected out, is longer than
+    tolerance: the columns of the parameters before are projected out of a parameter's column; it is independent of them if what is left is longer than
     this share of the column.  A motion that excites a combination weakly doesn't identify it at a larger tolerance.
     """
     names = _chosen(model, links)

@@ -162,7 +162,7 @@ def loop(
     name_of: object, kind: object, predecessor: object, successor: object,
     predecessor_pose: PoseLike | None, successor_pose: PoseLike | None, axis: ArrayLike | None, axis2: ArrayLike | None, pitch: float | None,
 ) -> Loop:  # fmt: skip
-    """A joint that closes a loop.  The compiled code checks its kind, its links and what these need."""
+    """A joint that closes a loop.  The compiled code checks kind and links, and that nothing is missing which the kind needs."""
     own = name(name_of, "the name of the loop joint")
     who = f"loop joint {own}"
     words = [name(word, f"{who}: its {what}") for word, what in ((kind, "kind"), (predecessor, "predecessor"), (successor, "successor"))]

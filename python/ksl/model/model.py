@@ -195,7 +195,7 @@ class Model(Surgery, InverseKinematicsCalls, SimulationCalls, SmallMotions):
         point, normal: of the plane, in the link's frame, m.  The normal points to the part beyond.  Moments are about the point.
         share: how much of the link's own inertia is beyond: "body" is all or nothing, by its centroid; a number is a fraction
         of its inertia; or (mass, first moment, inertia (3, 3)), both about the link's origin and in its axes.
-        beyond: which of the link's joints, the one that carries it, those that it carries and those that close loops at it, are beyond.
+        beyond: which joints of the link are beyond: of the joint that carries it, the joints that it carries, and those that close loops at it.
         By default those whose origins are; in the plane itself the first is near, and the others are beyond.
         external, external_axes: as in :meth:`inverse_dynamics`; a wrench on the link itself acts on the part with the link's own origin.
         axes: "link" or "world".  order: "lin_ang" or "ang_lin".

@@ -50,7 +50,7 @@ def asked(element: Element, copies: int, elements: int) -> Iterator[Amount]:
 
 
 def too_much(amounts: Iterable[Amount]) -> str:
-    """A sentence about what is the first to ask, with those of its kind before it, for more than is read; empty where nothing does."""
+    """Amounts of a kind are added up: a sentence about the first one with which the sum is more than is read; empty if none is."""
     sums: dict[Kind, int] = {}
     for kind, name, factors in amounts:
         sums[kind] = sums.get(kind, 0) + prod(factors)

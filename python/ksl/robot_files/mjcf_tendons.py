@@ -13,7 +13,7 @@ WRAPS_SITE = 3
 """The value of mjtWrap for sites, which MuJoCo publishes."""
 _NOT_USED = ("frictionloss", "armature", "limited", "actfrclimited", "stiffnesspoly", "dampingpoly", "springyield")
 HELD = 1e-3
-"""The width of a tendon's range, of its length, or rad or m of a fixed one, within which it holds what it goes over."""
+"""A tendon whose range is narrower holds what it goes over: a share of its length, and rad or m for a fixed tendon."""
 _PASSIVE = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "frictionloss", "armature")
 """What makes a tendon couple the joints or bodies it goes over, whoever pulls it."""
 

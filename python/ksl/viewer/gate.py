@@ -73,7 +73,7 @@ class Gate:
 
 
 def _is_own(request: Request, port: int) -> bool:
-    """Whether a request is for this server by its own names, and if it says where it comes from, or opens a WebSocket, comes from its page."""
+    """Whether a request names this server, and comes from its own page if it has an origin or opens a WebSocket."""
     names = {f"{name}:{port}" for name in (HOST, "localhost")} | ({HOST, "localhost"} if port == 80 else set())
     hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
     if len(hosts) != 1 or hosts[0] not in names:

@@ -2,9 +2,9 @@
 //
 // A loop with redundant equations moves only if its frames fit exactly: the axes of a planar linkage are parallel, those of a spherical one meet.
 // Files have π/2 as 1.5707963, and the equations that should follow from the others are then independent of them by 27 nrad: as numbers stand, the
-// mechanism is a rigid structure.  Nobody means that.  Here a mechanism is moved with all equations left out that depend on the others but for
-// `few_digits`; if it moves and what is left out stays closed as far, the frames of the loops' joints are changed by the least that closes these
-// equations at all its positions.  That knows no kind of joint or linkage.
+// mechanism is a rigid structure.  Nobody means that.  Here equations that depend on the others but for `few_digits` are left out, and the mechanism
+// is moved.  If it moves, and these equations stay closed up to `few_digits`, the frames of the loops' joints are changed by the least that closes
+// them at all positions.  This needs to know no kind of joint or linkage.
 #pragma once
 
 #include "engine/loops/tables.hpp"

@@ -69,8 +69,8 @@ struct loop_pivot {
 
 /// The pattern of an equation that follows from others: wrenches that balance.  Lists are places in loop_view::list.
 struct loop_pattern {
-  int loops_begin, loops_end; ///< whose joints have a wrench in it
-  /// patterns before it that share joints with it, once those before them have been taken off
+  int loops_begin, loops_end; ///< the loops whose joints have a wrench in the pattern
+  /// earlier patterns that share joints with this one; they are taken off first, in their order
   int earlier_begin, earlier_end;
   int places_begin, places_end; ///< joints, as of joint_compliance_view, that have a wrench in it then
 };

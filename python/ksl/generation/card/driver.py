@@ -1,4 +1,4 @@
-"""The driver of graphics cards (CUDA's libcuda), by ctypes: what compiled kernels need of it, and what its errors mean.
+"""The driver of graphics cards (CUDA's libcuda), by ctypes: the calls that compiled kernels need, and what errors mean.
 
 A card's primary context is that of torch, CuPy and JAX, too, so that their arrays and streams serve.
 """

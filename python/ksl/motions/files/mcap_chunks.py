@@ -34,7 +34,7 @@ def chunks_from(source: BinaryIO, start: int) -> Iterator[int]:
 
 
 def bytes_of_channels(source: BinaryIO) -> int:
-    """Bytes of what the file says of its topics in the records from its beginning, and from its summary.  Raises as `chunks_from`."""
+    """Bytes of the records of topics, from the file's beginning or from its summary, whichever are more.  Raises as `chunks_from`."""
     starts = {MAGIC, summary_start(source) or MAGIC}
     return max(sum(length for kind, _, length in _records(source, start) if kind == CHANNEL) for start in starts)
 

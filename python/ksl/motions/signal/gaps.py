@@ -19,7 +19,7 @@ MOVED = 0.05
 def doubts_about_gaps(joints: tuple[Joint, ...], time: Array, q: Array) -> list[str]:
     """One sentence if there are gaps in which a joint moves; otherwise none.
 
-    A joint's way in a gap is the difference of its positions beside it, or what its rates before and after would make of the gap's length,
+    How far a joint moves in a gap is the difference of its positions on both sides, or its rate before or after the gap times the gap's duration,
     whichever is largest: a joint that is back at its place has moved, too.  time (n), q (n, nq), as given.
     """
     named = [(j, k, name, unit) for j in joints for k, (name, unit) in enumerate(zip(columns_of(j)[0], units_of(j)[0], strict=True))]

@@ -66,7 +66,7 @@ def suitable_cutoff(time: Array, x: Array, noise: Array, weight: Array) -> float
     """The frequency, Hz, at which accelerations of the smoothed columns of x (n, c) have the least mean squared error.
 
     noise (c): standard deviations of their white noise.  weight (c): of the error of each acceleration, the mass that it moves.
-    The error is what the filter takes from the motion, by its spectrum above that of the noise, and what it leaves of the noise.
+    The error has two parts: what the filter removes of the motion, whose spectrum is known where it is above the noise, and the noise that it passes.
     O(n log n).
     """
     n = len(time)

@@ -134,7 +134,7 @@ def _split(loads: BearingLoads, rows: np.ndarray, classes: int) -> list[np.ndarr
 
 
 def _row(loads: BearingLoads, group: np.ndarray, lasting: np.ndarray) -> list[float]:
-    """A class: its loads from the samples of the group, its share and speed from those that last in it."""
+    """A class: loads from the samples of the group; share of time and speed from the samples `lasting`."""
     w = loads.turned[group] if loads.turned[group].any() else loads.weight[group]
 
     def mean(x: Array) -> float:
