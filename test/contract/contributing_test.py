@@ -196,21 +196,8 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
         shutil.copytree(ROOT / "src", tmp_path / "src")
         (tmp_path / "closes.cpp").write_text(CLOSES)
         sources = ["src/engine/loops/joint_position.cpp", "src/engine/loops/tables.cpp", "src/engine/model/canonical_axes.cpp", "closes.cpp"]
-        command = [
-            compiler,
-            "-std=c++20",
-            "-O0",
-            "-Wall",
-            "-Werror",
-            "-Wno-unused-function",
-            "-ffunction-sections",
-            "-Wl,--gc-sections",
-            "-I",
-            "include",
-            "-I",
-            "src",
-        ]
-        closes = subprocess.run([*command, *sources, "-o", "closes"], cwd=tmp_path, capture_output=True, text=True)
+        flags = ["-std=c++20", "-O0", "-Wall", "-Werror", "-Wno-unused-function", "-ffunction-sections", "-Wl,--gc-sections", "-I", "include", "-I", "src"]
+        closes = subprocess.run([compiler, *flags, *sources, "-o", "closes"], cwd=tmp_path, capture_output=True, text=True)
         assert closes.returncode == 0, closes.stderr
         assert subprocess.run([tmp_path / "closes"], capture_output=True, text=True).stdout == "as expected\n"
 

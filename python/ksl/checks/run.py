@@ -14,21 +14,8 @@ import numpy as np
 
 from ksl.base.errors import ArgumentError, DescriptionError, DescriptionWarning, near_names, of_argument
 from ksl.base.input_files import path_given
-from ksl.checks import (
-    drive_rules,
-    file_rules,
-    fit_rules,
-    inertia_rules,
-    joint_rules,
-    limit_rules,
-    loop_rules,
-    mesh_rules,
-    name_rules,
-    portability_rules,
-    shape_rules,
-    symmetry_rules,
-    tree_rules,
-)
+from ksl.checks import drive_rules, file_rules, fit_rules, inertia_rules, joint_rules, limit_rules, loop_rules, mesh_rules, name_rules, portability_rules
+from ksl.checks import shape_rules, symmetry_rules, tree_rules
 from ksl.checks.description.findings import Finding, Findings, mend
 from ksl.checks.description.robot import RobotFile
 from ksl.checks.rule import Rule, rules_of

@@ -77,72 +77,38 @@ def generate(
     from ksl.output import OutputError
 
     of_code = {
-        "--arguments": arguments != "",
-        "--contract": contract,
-        "--lanes": lanes != 0,
-        "--flash": flash != 0,
-        "--abi": abi != "c",
-        "--derivatives": derivatives != 1,
-        "--cuda": cuda,
-        "--pivots": pivots,
-    }
+        "--arguments": arguments != "", "--contract": contract, "--lanes": lanes != 0, "--flash": flash != 0, "--abi": abi != "c",
+        "--derivatives": derivatives != 1, "--cuda": cuda, "--pivots": pivots,
+    }  # fmt: skip
     _refuse(fmu, algorithms, of_code, {"--joints": joints != "all", "--method": method != "rk4", "--step": step != 1e-3})
     model = read_model(robot, how)
     words = [word for word in arguments.split(",") if word]
     named = {"all": None, "none": []}.get(joints, joints.split(","))
     try:
+        precision, open_reactions = cast(Literal["double", "float"], scalar), cast(Undetermined, undetermined)
         if fmu:
-            files = [
-                write_fmu(
-                    model,
-                    output,
-                    cast(Literal["forward", "inverse"], fmu),
-                    name,
-                    named,
-                    cast(Literal["rk4", "semi_implicit_euler"], method),
-                    step,
-                    cast(Undetermined, undetermined),
-                    None,
-                    force,
-                    cast(Literal["double", "float"], scalar),
-                )
-            ]
+            kind, stepped = cast(Literal["forward", "inverse"], fmu), cast(Literal["rk4", "semi_implicit_euler"], method)
+            files = [write_fmu(model, output, kind, name, named, stepped, step, open_reactions, None, force, precision)]
         else:
             files = write(
-                model,
-                algorithms.split(","),
-                output,
-                name,
-                cast(Literal["double", "float"], scalar),
-                words,
-                contract,
-                force,
-                cast(Undetermined, undetermined),
-                lanes,
-                flash,
-                cast(Literal["c", "casadi"], abi),
-                derivatives,
-                cuda,
-                pivots,
-            )
+                model, algorithms.split(","), output, name, precision, words, contract, force, open_reactions, lanes, flash,
+                cast(Literal["c", "casadi"], abi), derivatives, cuda, pivots,
+            )  # fmt: skip
     except (ValueError, OutputError) as e:
-        fail(
-            in_options(
-                e,
-                scalar=scalar,
-                name=name,
-                undetermined=undetermined,
-                lanes=lanes,
-                flash=flash,
-                abi=abi,
-                derivatives=derivatives,
-                kind=fmu,
-                method=method,
-                step=step,
-            )
-            .replace("--kind", "--fmu")
-            .replace("\n    ", " ")  # what a compiler says
+        said = in_options(
+            e,
+            scalar=scalar,
+            name=name,
+            undetermined=undetermined,
+            lanes=lanes,
+            flash=flash,
+            abi=abi,
+            derivatives=derivatives,
+            kind=fmu,
+            method=method,
+            step=step,
         )
+        fail(said.replace("--kind", "--fmu").replace("\n    ", " "))  # what a compiler says
     alone = "" if not fmu or _has_binary(files[0]) else ", sources alone, since there is no compiler of C for a binary"
     out = console(120)
     print_unused(out, model)

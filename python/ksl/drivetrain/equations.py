@@ -64,7 +64,7 @@ class Equations:
         return np.concatenate([errors, np.zeros((len(Q), len(self.rods)))], axis=1)
 
     def bias(self, Q: Array, V: Array) -> Array:
-        """Ġ V (n, rows).  The row of an idle rod is its spin about its own line; the line turns with the rod, so that the spin's rate is the rod's angular acceleration along the line."""
+        """Ġ V (n, rows).  The row of an idle rod is its spin about its own line, which turns with it: the rod's angular acceleration along the line."""
         at_rest = np.zeros_like(V)
         spins = [self.tree.frame_acceleration(Q, V, at_rest, rod.link)[:, 3:] @ rod.direction for rod in self.rods]
         return np.concatenate([self.m.loop_acceleration(Q, V, at_rest)[:, self.rows], *(x[:, None] for x in spins)], axis=1)

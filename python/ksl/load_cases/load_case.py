@@ -123,22 +123,9 @@ class LoadCase:
             whole[:, passive] = part[:, passive]
         parts = self.model.effort_parts(m.q[rows], v[rows], a[rows], external, threads=threads) if self.model.physics and not self.brake else None
         return Block(
-            rows,
-            m.time[rows],
-            m.q[rows],
-            v[rows],
-            a[rows],
-            tau,
-            total,
-            constraint,
-            others[0] if others else total,
-            coupling,
-            self.joint_motions.part(rows),
-            parts,
-            self.braked[rows],
-            self.undetermined,
-            self.without_axial_effort,
-        )
+            rows, m.time[rows], m.q[rows], v[rows], a[rows], tau, total, constraint, others[0] if others else total, coupling,
+            self.joint_motions.part(rows), parts, self.braked[rows], self.undetermined, self.without_axial_effort,
+        )  # fmt: skip
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
         """Requests for all joints at the common point, and for each joint that has a point of its own."""

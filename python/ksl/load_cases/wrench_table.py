@@ -52,21 +52,12 @@ class TableWriter:
         self._with_brake = any(case.get("brake") for case in cases)
         self._closed = bool(model.loops)
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
-        numbers = [
-            "time",
-            *names,
-            *(f"constraint_{c}" for c in names),
-            *MOTION,
-            "effort",
-            "power",
-            *(["brake"] if self._with_brake else []),
-            *(["coupling"] if self._following else []),
-            *parts,
-        ]
+        numbers = [*names, *(f"constraint_{c}" for c in names), *MOTION, "effort", "power"]
+        numbers += [*(["brake"] if self._with_brake else []), *(["coupling"] if self._following else []), *parts]
         words = pa.dictionary(pa.int16(), pa.string())
         self.schema = pa.schema(
             [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
-            + [pa.field(n, pa.float64()) for n in numbers[1:]]
+            + [pa.field(n, pa.float64()) for n in numbers]
             + [pa.field(n, words) for n in ("on", "at", "axes", *([UNDETERMINED] if self._closed else []))],
             metadata={"ksl": json.dumps((provenance.metadata() if provenance else {"robot": model.name}) | self._description(model))},
         )

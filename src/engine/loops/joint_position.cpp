@@ -36,7 +36,6 @@ mat3x3<double> about_z(double angle) {
 
 /// The angle θ at which Rot(z, θ)ᵀ R is nearest to the identity, in the sum of squares: its trace is largest.  That trace is
 /// (R_00 + R_11) cos θ + (R_10 − R_01) sin θ + R_22.
-/// The rotation about z that is nearest to R.
 double angle_about_z(const mat3x3<double> &R) { return std::atan2(R.m10 - R.m01, R.m00 + R.m11); }
 
 /// The rotation vector of R, up to π.
