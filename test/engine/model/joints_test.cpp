@@ -18,6 +18,10 @@ namespace {
 using A = ksl::algebra<double>;
 constexpr double pitch = 0.3;
 
+// kinds whose unit twists are constant in the child's axes, and some that have none: a pin in a slot, two rotations
+static_assert(ksl::is_group<0, 1>() && ksl::is_group<5, 2>() && ksl::is_group<0, 1, 2, 5>());
+static_assert(!ksl::is_group<0, 5>() && !ksl::is_group<3, 4>() && !ksl::is_group<0, 1, 4>());
+
 /// step(joint<K>()) for every kind that bodies have.
 template <class Step> void for_each_kind_of_body(Step step) {
   for (const ksl::joint_kind kind : ksl::joint_kinds)
