@@ -324,6 +324,18 @@ def test_a_lead_screw(robot):
     assert f["regenerated energy"].value == pytest.approx(0.8 * 5 * G * 0.2, rel=1e-12) and f["regenerated energy"].case == "down"
 
 
+def test_shares_of_the_time_say_nothing_of_passes(robot):
+    """What a drive takes up in one pass, and repetitions of it, are not compared with what one hour brings."""
+    m, t = robot(SLIDER), np.linspace(0, 1, 11)
+    table = results_table(m, {"down": (t, 0.2 - 0.2 * t[:, None], np.full((11, 1), -0.2), np.zeros((11, 1)))})
+    motor = component("lift", "motor", gear_ratio=600, gear_efficiency=0.8, rotor_inertia=1e-5, rated_torque=0.1, regenerated_energy=10.0)
+    eye = component("lift", "fatigue", stress={"fz": 1.0}, k=5.0, knee_amplitude=100.0, knee_cycles=1e6, required_repetitions=1e9)
+    for components, name, limit in ((motor, "regenerated energy", "regenerated_energy"), (eye, "damage of one hour", "required_repetitions")):
+        of_pass, of_share = ksl.size(table, components), ksl.size(table, components | {"shares": {"down": 1.0}})
+        assert figures(of_pass)[name.replace("hour", "pass")].utilisation is not None and figures(of_share)[name].utilisation is None
+        assert f"{limit} is of one pass through all cases, and [shares] don't say how long that is" in "\n".join(map(str, of_share.left_out))
+
+
 def test_a_swing_fatigues_what_carries_its_weight(robot):
     """A pendulum that swings slowly: one range of its torque in each pass, at half amplitude about a mean."""
     m = robot(PENDULUM)

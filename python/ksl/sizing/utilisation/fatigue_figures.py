@@ -73,7 +73,8 @@ def _damage(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.Me
         sheet.leave_out("damage and life", "no case of the cycle lasts any time")
         return
     case, D = s.cases[int(np.argmax(counted.damages))], float(counted.damages.sum()) * sheet.of_one_pass
-    asked = sheet.part.get("required_repetitions")
+    passes = sheet.has_passes(f"damage of {sheet.one_pass}", "required_repetitions", "[cases], or required_life_h")
+    asked = sheet.part.get("required_repetitions") if passes else None
     line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (sheet.given("ultimate") if correction != "none" else {})
     sheet.add(
         f"damage of {sheet.one_pass}",

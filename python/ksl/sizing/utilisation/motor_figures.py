@@ -135,7 +135,7 @@ def _powers(sheet: Sheet, torque: Array, ratio: float, inputs: dict[str, str]) -
             float(returned.sum()) * sheet.of_one_pass,
             "J",
             {"of": sheet.one_pass, "Σ Δt": f"{significant(cycle)} s"},
-            "regenerated_energy",
+            "regenerated_energy" if sheet.has_passes("regenerated energy", "regenerated_energy", "[cases]") else None,
             case=case,
         )
 

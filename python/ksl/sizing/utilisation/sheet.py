@@ -161,6 +161,12 @@ class Sheet:
         """What such sums are of, in words."""
         return "one hour" if self.demands.by_share else "one pass"
 
+    def has_passes(self, figure: str, key: str, instead: str) -> bool:
+        """Whether a limit of one pass through all cases can be compared: shares of the time say nothing of passes.  Notes that it is left out otherwise."""
+        if self.demands.by_share and self.part.get(key) is not None:
+            self.leave_out(f"the limit of “{figure}”", f"{key} is of one pass through all cases, and [shares] don't say how long that is; give {instead}")
+        return not self.demands.by_share
+
     def required_life(self) -> float | None:
         """Hours that are asked for, of this component or of all."""
         own = self.part.get("required_life_h")
