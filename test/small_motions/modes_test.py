@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import ksl
+from ksl.mechanism import stiffness as stiffnesses
 from linkages import FOURBAR, FREE_COUPLER, SLIDERCRANK, at, four_bar
 
 GIVES = {"axial": 3e5, "radial": 8e5, "tilting": 900.0, "motion": 150.0}
@@ -93,7 +94,7 @@ def test_six_compliances_in_every_joint_and_a_weld_are_those_of_the_mechanism_th
     m = arm().build()
     q = m.random(2)
     weld = [8e5, 8e5, 3e5, 900.0, 900.0, np.inf]
-    modes = m.modes(q, stiffness={"j0": GIVES, "j1": GIVES, "j2": GIVES, "weld": weld}, gravity=False)
+    modes = m.modes(q, stiffness={"j0": GIVES, "j1": {key: k for key, k in GIVES.items() if key != "axial"}, "j2": GIVES, "weld": weld}, gravity=False)
     other, k = drawn_out(m, q, GIVES)
     M = other.mass_matrix(np.zeros(other.nq))
     half = np.linalg.cholesky(M)
@@ -192,7 +193,7 @@ def rotor():
 
 def test_a_shaft_on_bearings_that_tilt_freely_is_a_body_on_two_springs():
     k1, k2, axial = 1.2e8, 9e7, 8e7
-    given = {"A": {"axial": axial, "radial": k1, "tilting": 0.0}, "B": {"radial": k2, "tilting": 0.0, "axial": 1.0}}  # along a cylindrical joint: its motion
+    given = {"A": {"axial": axial, "radial": k1, "tilting": 0.0}, "B": {"radial": k2, "tilting": 0.0}}
     M, K = np.diag([12.0, 0.09]), np.array([[k1 + k2, -k1 * 0.14 + k2 * 0.26], [-k1 * 0.14 + k2 * 0.26, k1 * 0.14**2 + k2 * 0.26**2]])
     pair = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)) / (2 * np.pi)
     found = rotor().modes([0.4], stiffness=given, gravity=False)
@@ -272,7 +273,8 @@ def test_a_floating_base_is_free():
         ({"weld": {"axial": 1.0, "axis": [0, 0, 0]}}, "expected a direction and a point, m"),
         ({"weld": {"axial": 1.0, "axis": [0, 0, 1], "at": [0, 30, 40]}}, "it acts 50 m from the joint's origin; lengths are in metres: 50 mm are 0.05"),
         ({"j0": {"axial": 1.0, "position": -20}}, "it acts 20 m from the joint's origin"),
-        ({"j0": {"torsional": 1.0}}, "torsional is about the axis, and a revolute joint turns about it; give motion"),
+        ({"j0": {"torsional": 1.0}}, "torsional is about the axis, and a revolute joint turns there; give motion"),
+        ({"j1": {"axial": 1.0}}, "axial is along the axis, and a prismatic joint slides there; give motion"),
         ({"j0": {"axial": 1.0, "at": [0, 0, 1]}}, "at is for joints without an axis, and j0 has one; give position"),
         ({"j0": np.nan}, "every stiffness is positive"),
         ({"joint:j0": 1.0, "j0": 2.0}, "stiffness of joint j0: it is given twice"),
@@ -284,11 +286,30 @@ def test_stiffnesses_that_do_not_fit(stiffness, said):
         arm().build().modes(np.zeros(3), stiffness=stiffness)
 
 
-@pytest.mark.parametrize("kind", ["cylindrical", "planar"])
-def test_torsional_is_refused_where_a_joint_turns_about_its_axis_and_moves_otherwise_too(kind):
-    m = ksl.Builder("one").add_link("ground").add_link("part", 1.0, (0, 0, 0), np.eye(3)).add_joint("j", kind, "ground", "part", axis=(0, 0, 1)).build()
-    with pytest.raises(ValueError, match=f"torsional is about the axis, and a {kind} joint turns about it; leave it out"):
-        m.modes(m.neutral(), stiffness={"j": {"torsional": 1.0}})
+@pytest.mark.parametrize(
+    "kind, free",
+    [
+        ("cylindrical", {"axial", "torsional"}),
+        ("planar", {"radial", "torsional"}),
+        ("helical", {"torsional"}),
+        ("universal", set()),
+        ("spherical", {"tilting", "torsional"}),
+        ("translation", {"axial", "radial"}),
+        ("fixed", set()),
+    ],
+)
+def test_a_stiffness_along_what_a_joint_leaves_free_is_refused(kind, free):
+    axes = {"pitch": 0.1} if kind == "helical" else {"axis2": (0, 1, 0)} if kind == "universal" else {}
+    has_axis = kind in ("cylindrical", "planar", "helical", "universal")
+    b = ksl.Builder("one").add_link("ground").add_link("part", 1.0, (0, 0, 0), np.eye(3))
+    m = b.add_joint("j", kind, "ground", "part", **({"axis": (0, 0, 1)} | axes if has_axis else {})).build()
+    for key in ("axial", "radial", "tilting", "torsional"):
+        given = {key: 1.0} if has_axis else {key: 1.0, "axis": [0, 0, 1]}
+        if key in free:
+            with pytest.raises(ValueError, match=f"{key} is .* the axis, and a {kind} joint (slides|turns) there; (give motion|leave it out)"):
+                stiffnesses.flexibilities_of(m, {"j": given})
+        else:
+            assert np.trace(stiffnesses.flexibilities_of(m, {"j": given})["j"].compliance) > 0.9, key
 
 
 def test_massless_parts_that_nothing_holds_and_open_loops_are_refused():

@@ -75,6 +75,8 @@ def ways_of(model: Mechanism, loop: Loop) -> tuple[list[str], list[str]]:
 
 FARTHEST = 10.0
 """m: what acts farther from a joint is no bearing or flange of it."""
+DIRECTIONS = {"axial": "along the axis", "radial": "across the axis", "tilting": "about lines across the axis", "torsional": "about the axis"}
+"""Keys of stiffnesses, and in which directions they are."""
 PLACES = ("position", "axis", "at")
 """Keys that say where stiffnesses act."""
 
@@ -169,11 +171,12 @@ def _of_bearing(who: str, stiffness: Mapping[str, Any], of: Joint | Loop) -> Fle
     motion = steady_motion(of)
     if "motion" in stiffness and motion.shape[1] != 1:
         raise ValueError(f"{who}: a {of.kind} joint has no single motion; give six numbers in the axes of its frame")
-    kind = KINDS[of.kind]
-    if "torsional" in stiffness and kind.has_axis and not kind.has_axis2 and 5 in places_in_twist(of.kind):
-        raise ValueError(
-            f"{who}: torsional is about the axis, and a {of.kind} joint turns about it; {'give motion' if motion.shape[1] == 1 else 'leave it out'}"
-        )
+    for key in DIRECTIONS.keys() & stiffness.keys():
+        own = directions[:, [k == key for k in keys]]
+        if np.allclose(motion @ (motion.T @ own), own) or (key == "torsional" and of.kind == "helical"):
+            moves = "slides" if own[:3].any() else "turns"
+            mend = "give motion" if motion.shape[1] == 1 else "leave it out"
+            raise ValueError(f"{who}: {key} is {DIRECTIONS[key]}, and a {of.kind} joint {moves} there; {mend}")
     numbers = {key: given.number(x, f"{who}: {key}") for key, x in stiffness.items() if key not in PLACES}
     bearing = _moved(_of_directions(who, directions, [numbers.get(key, np.inf) for key in keys]), at)
     if of.kind != "helical":  # whose motion is none of these directions
