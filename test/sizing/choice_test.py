@@ -211,3 +211,15 @@ def test_each_case_of_a_sweep_by_itself(tmp_path):
     asked["choose"][0] |= {"link": "upper"}
     with pytest.raises(SizingError, match="results of a sweep don't say how each case is mounted; leave out `link`"):
         ksl.size(tmp_path / "swept", asked, choose={"component": MOTORS})
+
+
+def test_an_entry_that_lacks_numbers_is_chosen_with_a_note():
+    """Without its inertia a motor has no torques to compare, and the light one would be chosen for what it lacks."""
+    light = {k: x for k, x in MOTORS[0].items() if k != "rotor_inertia"}
+    for motors, lacks in (([light, MOTORS[-1]], ("peak torque", "rms torque")), ([MOTORS[-1], MOTORS[-2]], ())):
+        selection = ksl.size(run_of(0), requests(), choose={"component": motors}).selection
+        assert {c.unjudged for c in selection.choices} == {lacks}
+        said = [note for note in selection.notes if "isn't compared by" in note]
+        assert said == [
+            f"M1 of {joint} isn't compared by peak torque, rms torque, as others are: the catalogue lacks its numbers" for joint in ("first", "second") if lacks
+        ]

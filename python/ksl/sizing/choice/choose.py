@@ -94,8 +94,10 @@ def _chosen(judge: Judge, k: int, offer: Offer, verdicts: list[Verdict]) -> Chos
     own = next(v for v in verdicts if v.offer is offer)
     less = [v for v in verdicts if amount(request, v.offer) < amount(request, offer)]
     holds = [v for v in verdicts if v.holds]
+    unjudged = sorted(frozenset().union(*(v.compared for v in verdicts)) - own.compared)
     front = [v for v in holds if not any(o.offer.mass < v.offer.mass and o.utilisation < v.utilisation for o in holds)]
     return Chosen(
         request.joint, request.kind.name, offer.name, offer.mass, offer.price, offer.size, own.utilisation, own.figure, own.holds, request.margin, request.by,
         {v.offer.name: (v.figure, v.utilisation) for v in less}, tuple(v.offer.name for v in holds), tuple(v.offer.name for v in front), request.link, request.at,
+        tuple(unjudged),
     )  # fmt: skip

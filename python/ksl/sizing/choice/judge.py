@@ -26,6 +26,8 @@ class Verdict:
     margin: float
     lacks: str = ""
     """Why nothing could be compared."""
+    compared: frozenset[str] = frozenset()
+    """All figures that were."""
 
     @property
     def holds(self) -> bool:
@@ -67,7 +69,8 @@ class Judge:
             sheets = [sheet_of(part, s, self._demands, gear)[0] for s in (samples.each_alone() if self._of_sweep else [samples])]
             compared = [(f.utilisation, f.figure) for sheet in sheets for f in sheet.figures if f.utilisation is not None]
             worst, figure = max(compared, key=lambda pair: pair[0], default=(0.0, ""))
-            self._known[key] = Verdict(offer, SAID.get(figure, figure), worst, request.margin, "" if figure else _lacks(sheets))
+            names = frozenset(SAID.get(name, name) for _, name in compared)
+            self._known[key] = Verdict(offer, SAID.get(figure, figure), worst, request.margin, "" if figure else _lacks(sheets), names)
         return self._known[key]
 
     def verdicts(self, k: int, masses: tuple[float, ...], gears: Mapping[str, Part]) -> list[Verdict]:

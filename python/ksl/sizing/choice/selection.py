@@ -38,6 +38,8 @@ class Chosen:
     """The entries that hold of which no other is both lighter and less used."""
     link: str | None
     at: tuple[float, float, float]
+    unjudged: tuple[str, ...] = ()
+    """Figures by which others of the catalogue are compared and this entry isn't, since it lacks numbers."""
 
     @property
     def why(self) -> str:
@@ -84,6 +86,11 @@ class Selection:
         over = [f"{c.name} of {c.joint}" for c in self.choices if not c.is_held]
         if over:
             found.append(f"with the loads of this choice these don't hold: {', '.join(over)}")
+        found += [
+            f"{c.name} of {c.joint} isn't compared by {', '.join(c.unjudged)}, as others are: the catalogue lacks its numbers"
+            for c in self.choices
+            if c.unjudged
+        ]
         return (*self.said, *found, *([self.together.sentence] if self.together else []))
 
     def as_rows(self) -> list[dict[str, str | float | None]]:
