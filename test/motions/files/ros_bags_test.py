@@ -209,6 +209,9 @@ def test_positions_that_are_no_numbers_are_left_out(leg, tmp_path):
     messages[0] = (*messages[0][:3], [np.nan, 0.0], *messages[0][4:])
     m = read_motion(leg, write(tmp_path, "mcap", messages))
     assert len(m.time) == 11 and "1 sample of slide, hip left out, since positions are not numbers" in m.source.notes
+    messages[3] = (*messages[3][:3], [0.0, -np.inf], *messages[3][4:])
+    with pytest.raises(ksl.MotionError, match="the position of hip is infinite .* s after its start; every sample needs a finite number"):
+        read_motion(leg, write(tmp_path, "mcap", messages))
 
 
 def with_topics(folder: Path, *names: str, other: str | None = None) -> Path:

@@ -132,8 +132,13 @@ class JointStateTable(Recorded):
         return on_spline(seconds, s.position, wanted), None if s.velocity is None else on_spline(seconds, s.velocity, wanted)
 
     def _without_gaps_of_numbers(self, s: Series, wanted: set[str]) -> Series:
-        """Without samples at which a position that is wanted is no number."""
+        """Without samples at which a position that is wanted is no number.  Infinite ones are refused, as in tables."""
         columns = [i for i, joint in enumerate(s.joints) if joint in wanted]
+        infinite = np.argwhere(np.isinf(s.position[:, columns]))
+        if len(infinite):
+            row, column = infinite[0]
+            at = f"{(s.time[row] - s.time[0]) * 1e-9:.6g} s after its start"
+            raise MotionError(f"{self.file}: the position of {s.joints[columns[column]]} is infinite {at}; every sample needs a finite number")
         finite = np.isfinite(s.position[:, columns]).all(axis=1)
         if finite.all():
             return s
