@@ -11,19 +11,7 @@ from algorithms.row import INPUTS, Algorithm, Result
 
 __all__ = ["ALGORITHMS", "GROUP_OF", "INPUTS", "Algorithm", "Result"]
 
-GROUPS = (
-    "inverse",
-    "forward",
-    "mass",
-    "kinematics",
-    "operational_space",
-    "energy",
-    "whole_body",
-    "derivatives",
-    "parameters",
-    "manifold",
-    "loops",
-)
+GROUPS = ("inverse", "forward", "mass", "kinematics", "operational_space", "energy", "whole_body", "derivatives", "parameters", "manifold", "loops")
 """In the order of the reference."""
 
 GROUP_OF: dict[str, str] = {row.name: group for group in GROUPS for row in import_module(f"algorithms.{group}").ROWS}

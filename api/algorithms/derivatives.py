@@ -42,11 +42,7 @@ time, while the others follow.  There must be as many drives as freedoms, and ou
         header="inverse_dynamics_gradient.hpp",
         inputs=("q", "v", "a", "tau"),
         called={"tau": "weights"},
-        results=(
-            Result("by_q", ("nv",), "gradient by q"),
-            Result("by_v", ("nv",), "by v"),
-            Result("by_a", ("nv",), "by a: the mass matrix times the weights"),
-        ),
+        results=(Result("by_q", ("nv",), "gradient by q"), Result("by_v", ("nv",), "by v"), Result("by_a", ("nv",), "by a: the mass matrix times the weights")),
         smooth_friction=True,
         summary="Gradients by q, v and a, each (…, nv), of a weighted sum of the efforts of inverse_dynamics.",
         text="Gradients {by_q}, {by_v}, {by_a} of the sum of {weights} times the joint efforts that inverse dynamics gives for {q}, {v}, {a}, "
@@ -194,10 +190,7 @@ O(depth), besides writing 12 nv numbers.
         header="frame_motion_derivatives.hpp",
         inputs=("q", "v"),
         request="frames",
-        results=(
-            Result("by_q", ("links", 6, "nv"), "derivative of the twists by q"),
-            Result("by_v", ("links", 6, "nv"), "by v: the Jacobians"),
-        ),
+        results=(Result("by_q", ("links", 6, "nv"), "derivative of the twists by q"), Result("by_v", ("links", 6, "nv"), "by v: the Jacobians")),
         summary="Derivatives of frame_velocities by q and v, each (…, names, 6, nv).",
         text="Derivatives {by_q} and {by_v} of the twists of links' frames, for {q} and {v}: those of their components, row-major.  By q is "
         "along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L "
@@ -289,10 +282,7 @@ out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse
         header="centroidal_momentum_derivatives.hpp",
         inputs=("q", "v"),
         keywords="order",
-        results=(
-            Result("by_q", (6, "nv"), "derivative of the momentum by q"),
-            Result("by_v", (6, "nv"), "by v: the centroidal momentum matrix"),
-        ),
+        results=(Result("by_q", (6, "nv"), "derivative of the momentum by q"), Result("by_v", (6, "nv"), "by v: the centroidal momentum matrix")),
         summary="Derivatives of centroidal_momentum by q and v, each (…, 6, nv).",
         text="Derivatives {by_q} and {by_v} of the momentum about the centre of mass, in the world's axes, row-major, for {q} and "
         "{v}.  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.  O(bodies).",

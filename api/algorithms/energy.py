@@ -30,8 +30,7 @@ out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inv
         external="required",
         results=(Result("power", (), "power, W"),),
         summary="Power (…) of external wrenches, W: the sum of f · v of the links that they act on.",
-        text="{power} of external wrenches, W, for {q} and {v}: the sum of f · v of the links that they act on.  "
-        "Without wrenches it is zero.  O(bodies).",
+        text="{power} of external wrenches, W, for {q} and {v}: the sum of f · v of the links that they act on.  Without wrenches it is zero.  O(bodies).",
         python="""
 q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  Without wrenches it is zero.  O(bodies).
 """,

@@ -132,8 +132,7 @@ O(bodies + links).
         results=(Result("velocity", (3,), "velocity of the point, m/s"),),
         workspace="frame_velocities_workspace",
         summary="Velocity (…, 3) of a point fixed in a link, for q (…, nq) and v (…, nv); m/s.",
-        text="{velocity} of the point of a link that the options' offset names, for {q} and {v}; in the axes that the options name.  "
-        "O(depth).",
+        text="{velocity} of the point of a link that the options' offset names, for {q} and {v}; in the axes that the options name.  O(depth).",
         python="""
 name: of the link, or of a joint (the child link).  point: three numbers, in the link's axes, m.
 axes: "frame" or "world".  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(depth).

@@ -78,10 +78,7 @@ q0, q1, out, threads: as in :meth:`difference`.  O(joints).
         header="manifold.hpp",
         inputs=("q", "v"),
         called={"v": "dv"},
-        results=(
-            Result("by_q", ("motion", "nv"), "derivative by q"),
-            Result("by_dv", ("motion", "nv"), "derivative by dv"),
-        ),
+        results=(Result("by_q", ("motion", "nv"), "derivative by q"), Result("by_dv", ("motion", "nv"), "derivative by dv")),
         workspace="manifold_workspace",
         summary="Derivatives of q ⊕ dv by q and by dv, (…, nv, nv) each, all along joint velocities.",
         text="Derivatives of q ⊕ dv for {q} and {dv}: (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order; {by_q}, {by_dv} "
@@ -103,10 +100,7 @@ robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
         header="manifold.hpp",
         inputs=("q", "q1"),
         called=DIFFERENCE,
-        results=(
-            Result("by_q0", ("motion", "nv"), "derivative by q0"),
-            Result("by_q1", ("motion", "nv"), "derivative by q1"),
-        ),
+        results=(Result("by_q0", ("motion", "nv"), "derivative by q0"), Result("by_q1", ("motion", "nv"), "derivative by q1")),
         workspace="manifold_workspace",
         summary="Derivatives of q1 ⊖ q0 by q0 and by q1, (…, nv, nv) each, along joint velocities.",
         text="Derivatives of q1 ⊖ q0 for {q0} and {q1}: (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order; {by_q0}, {by_q1} "

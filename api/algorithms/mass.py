@@ -96,8 +96,7 @@ Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`.  Use
         inputs=("q",),
         results=(Result("W", ("motion", "motion"), "inverse of the mass matrix"),),
         summary="Inverse (…, nv, nv) of the mass matrix, symmetric.",
-        text="Inverse {W} of the mass matrix, row-major, both triangles, for {q}, from factors that are as sparse as the tree.  "
-        "O(nv² × depth).",
+        text="Inverse {W} of the mass matrix, row-major, both triangles, for {q}, from factors that are as sparse as the tree.  O(nv² × depth).",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  From the factors of :meth:`mass_matrix_factor`, row by row (Takahashi, Fagan and
 Chen 1973); O(nv² × depth).  :meth:`solve_mass_matrix` is faster for few vectors.

@@ -38,8 +38,7 @@ q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach,
         results=(Result("Y", ("nv", "links", 10), "joint efforts for each parameter"),),
         variant_of="inverse_dynamics_regressor",
         summary="Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.",
-        text="Regressor {Y} of the joint efforts that hold the mechanism at rest at {q}: that of inverse dynamics with v = a = 0.  "
-        "O(links × depth).",
+        text="Regressor {Y} of the joint efforts that hold the mechanism at rest at {q}: that of inverse dynamics with v = a = 0.  O(links × depth).",
         python="""
 Only masses and first moments enter: columns 4 to 9 are zero.
 links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.

@@ -30,7 +30,7 @@ from warning_options import options
 NAME = "static-analysis"  # of the record
 
 FAULTS = ROOT / "scripts/lint/faults"
-PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
+PYTHON = ["api", "python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
 SUPPRESSIONS = ROOT / "scripts/lint/cppcheck.txt"
 CPPCHECK = [
     "cppcheck",
@@ -317,12 +317,12 @@ def main():
     for tool in tools:
         own = [outcome for outcome in outcomes if outcome.job.tool == tool]
         print(f"{tool}: {sum(o.ok for o in own)} of {len(own)} as they should be, {sum(o.seconds for o in own):.0f} s")
-    clean = all(outcome.ok for outcome in outcomes)
-    if clean and set(TOOLS) - {"format", "ruff", "mypy"} <= set(tools):
+    reading = set(TOOLS) - {"format", "ruff", "mypy"}
+    if reading <= set(tools) and all(outcome.ok for outcome in outcomes if outcome.job.tool in reading):  # what they have read stays read
         changes.write("lint", changed.lines, recorded)
     if recorded:
         record(outcomes, sum(outcome.seconds for outcome in outcomes), given.all)
-    sys.exit(not clean)
+    sys.exit(not all(outcome.ok for outcome in outcomes))
 
 
 if __name__ == "__main__":

@@ -296,8 +296,10 @@ void urdf_reader::read_mimics_elsewhere() {
   }
   for (const std::string &name : readers::followers_denied(file_))
     if (const auto joint = joint_index_.find(name); joint != joint_index_.end() && robot_.joints[joint->second].mimic)
-      unused_.in_joint("mimic=\"false\" of <ros2_control>",
-                       "it follows as its <mimic> says, without a motor; load with mimic=\"independent\" where nothing couples them", name);
+      unused_.in_joint(
+          "mimic=\"false\" of <ros2_control>",
+          "it follows as its <mimic> says, without a motor; load with mimic=\"independent\" where nothing couples them",
+          name);
 }
 
 /// Refuses what no reader knows, and what is in <gazebo>, where it joins links or couples joints.

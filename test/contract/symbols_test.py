@@ -19,7 +19,11 @@ TABLES = (
     "ksl_array_kernels",
     "ksl_finite",
     "ksl_kernels_inverse_kinematics",
-    *(f"ksl_kernels_{name}" for file in (ROOT / "src/engine/kernels/algorithms").glob("*.cpp") for name in re.findall(r"^KSL_KERNELS\((\w+)\)", file.read_text(), re.M)),
+    *(
+        f"ksl_kernels_{name}"
+        for file in (ROOT / "src/engine/kernels/algorithms").glob("*.cpp")
+        for name in re.findall(r"^KSL_KERNELS\((\w+)\)", file.read_text(), re.M)
+    ),
 )
 """The tables of functions that are compiled once for each level."""
 

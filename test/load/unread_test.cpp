@@ -243,10 +243,13 @@ TEST_CASE("unread: a joint that <ros2_control> commands by itself follows all th
     return read("<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>"
                 "<joint name=\"ja\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/></joint>"
                 "<joint name=\"jb\" type=\"continuous\"><parent link=\"b\"/><child link=\"c\"/>" +
-                in_joint + "</joint><ros2_control name=\"c\"><joint name=\"jb\" mimic=\"" + denied + "\"/></ros2_control></robot>");
+                in_joint + "</joint><ros2_control name=\"c\"><joint name=\"jb\" mimic=\"" + denied +
+                "\"/></ros2_control></robot>");
   };
   const std::string follows = "<mimic joint=\"ja\"/>";
-  const auto said = [](const robot_description &r) { return r.unused.size() == 1 && r.unused[0].find("mimic=\"independent\"") != std::string::npos; };
+  const auto said = [](const robot_description &r) {
+    return r.unused.size() == 1 && r.unused[0].find("mimic=\"independent\"") != std::string::npos;
+  };
   CHECK((said(robot("false", follows)) && mimic_of(robot("false", follows), "jb")));
   CHECK(robot("true", follows).unused.empty());
   CHECK(robot("false", "").unused.empty());
