@@ -50,6 +50,7 @@ bool same(const spatial_inertia<double> &a, const spatial_inertia<double> &b) {
          a.Iyz == b.Iyz && a.Izx == b.Izx;
 }
 bool is_zero(const vec3<double> &v) { return same(v, {0, 0, 0}); }
+bool has_minus(const vec3<double> &v) { return std::signbit(v.x) || std::signbit(v.y) || std::signbit(v.z); }
 
 /// Roll, pitch, yaw of a rotation.  Yaw is found first, and the others in axes turned back by it, so that the product
 /// is accurate even where pitch is a right angle.
@@ -190,7 +191,7 @@ private:
 
   void write_origin(pugi::xml_node parent, const vec3<double> &t, const given_rotation &rotation,
                     const char *tag = "origin") {
-    if (is_zero(t) && rotation.by == given_rotation::none)
+    if (is_zero(t) && !has_minus(t) && rotation.by == given_rotation::none) // −0 is written: readers take 0 without it
       return;
     pugi::xml_node origin = added(parent.append_child(tag));
     const auto &[a, b, c, d] = rotation.numbers;

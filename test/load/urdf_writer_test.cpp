@@ -113,6 +113,15 @@ TEST_CASE("urdf: numbers of many digits, angles, quaternions, axes of any length
   }
 }
 
+TEST_CASE("urdf: zeros keep their signs") {
+  check_round_trip(read_urdf_text(
+      robot_of(
+          "<origin xyz=\"0 0 -0\"/><mass value=\"2\"/><inertia ixx=\"1\" ixy=\"-0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>",
+          "<joint name=\"j\" type=\"revolute\"><origin xyz=\"-0 0 0\"/><parent link=\"a\"/><child link=\"b\"/>"
+          "<axis xyz=\"0 -0 1\"/><limit lower=\"-0\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"),
+      "r.urdf"));
+}
+
 TEST_CASE("urdf: what no file gave is written to rounding") {
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
