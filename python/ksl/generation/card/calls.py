@@ -175,7 +175,7 @@ class CardCall:
             )
         size = 4 if function.scalar == "float" else 8
         first, last = array.pointer, array.pointer + size * prod(shape)
-        for x, stride, columns in inputs:
+        for x, stride, columns in inputs if states else ():
             begin = x.pointer + min(0, size * stride * (states - 1))
             end = x.pointer + size * (max(0, stride * (states - 1)) + columns)
             if states == 1:
