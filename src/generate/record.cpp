@@ -42,7 +42,7 @@ void refuse(const algorithm_row &row, const model &m, bool single) {
     throw std::invalid_argument(name + ": " + model::exact_friction_text());
 }
 
-/// Those of the row, and for what computes it zeros where this has more.
+/// Records the inputs of the row; a row that computes it may have more, which are zero.
 void take_numbers(const algorithm_row &row, const model &m, recorded_inputs &in, state_view<recording> &s) {
   for (int i = 0; i < row.inputs; ++i) {
     const input x = row.input_list[i];

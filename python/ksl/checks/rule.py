@@ -99,5 +99,5 @@ def rule(
 
 
 def rules_of(module: ModuleType) -> list[Rule]:
-    """The rules that a module declares, in their order there, which is that of findings and of the documentation."""
-    return [x for x in vars(module).values() if isinstance(x, Rule)]
+    """The rules that a module declares, in their order there, which is that of findings and of the documentation; not those that it imports."""
+    return [x for x in vars(module).values() if isinstance(x, Rule) and x.check.__module__ == module.__name__]

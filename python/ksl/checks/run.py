@@ -64,8 +64,7 @@ def check(
     path: also of a file that :func:`ksl.load` refuses; it is checked as far as it can be read.
     ignore: names of rules that are left out, `inertia-triangle` for example; docs/check.md has all of them.
     package_paths: folders in which package://NAME/… is looked for, besides those around the file, in ROS_PACKAGE_PATH
-    and in
-    AMENT_PREFIX_PATH.
+    and in AMENT_PREFIX_PATH.
     symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
     loops, drives: as :func:`ksl.load` takes them: a TOML file with joints that close loops, and the joints that have motors.
     floating_base, mimic, strict, model: as :func:`ksl.load` takes them.  Of an SDF file with several models only that of this name is checked.

@@ -9,6 +9,7 @@ import numpy as np
 
 from ksl.load_cases.reaction_joints import LoopJoint, frame_on_predecessor, frame_on_successor
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint, Loop, Mechanism
 from ksl.mechanism.states import Array
 
@@ -65,7 +66,7 @@ def _of_loop(model: Calls, loop: Loop, q: Array, v: Array, a: Array) -> OfJoint:
     turn = np.swapaxes(R, 1, 2) @ poses[:, 1, :3, :3]
     sine = np.stack([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], axis=1) @ axis / 2
     angle = np.unwrap(np.arctan2(sine, (np.trace(turn, axis1=1, axis2=2) - 1) / 2))
-    if loop.kind == "helical" and loop.pitch:  # which turn it is follows from the travel
+    if KINDS[loop.kind].has_pitch and loop.pitch:  # which turn it is follows from the travel
         travel = _dot(u, origin - poses[:, 0, :3, 3]) / loop.pitch
         angle = angle + 2 * np.pi * np.round((travel[:1] - angle[:1]) / (2 * np.pi))
     return OfJoint(angle, _dot(u, relative[:, 3:]), _dot(u, rate[:, 3:]))

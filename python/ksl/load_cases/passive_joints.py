@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ksl.load_cases.placement import Placement
 from ksl.load_cases.reaction_joints import LoopJoint, reaction_joints
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint, Mechanism
 
 
@@ -28,7 +29,7 @@ def passive(model: Mechanism) -> NDArray[np.bool_]:
 def without_axial_effort(model: Mechanism, placement: Placement) -> NDArray[np.bool_]:
     """Which of them have, with one coordinate, no moment about the line through the placement's point along the axis, or no force along it."""
     return np.array([
-        free and joint.one_coordinate and joint.kind != "helical" and (not joint.has_angle or _is_on_axis(placement, joint))
+        free and joint.one_coordinate and not KINDS[joint.kind].has_pitch and (not joint.has_angle or _is_on_axis(placement, joint))
         for joint, free in zip(reaction_joints(model), passive(model), strict=True)
     ])  # fmt: skip
 

@@ -173,13 +173,13 @@ def _of_bearing(who: str, stiffness: Mapping[str, Any], of: Joint | Loop) -> Fle
         raise ValueError(f"{who}: a {of.kind} joint has no single motion; give six numbers in the axes of its frame")
     for key in DIRECTIONS.keys() & stiffness.keys():
         own = directions[:, [k == key for k in keys]]
-        if np.allclose(motion @ (motion.T @ own), own) or (key == "torsional" and of.kind == "helical"):
+        if np.allclose(motion @ (motion.T @ own), own) or (key == "torsional" and KINDS[of.kind].has_pitch):
             moves = "slides" if own[:3].any() else "turns"
             mend = "give motion" if motion.shape[1] == 1 else "leave it out"
             raise ValueError(f"{who}: {key} is {DIRECTIONS[key]}, and a {of.kind} joint {moves} there; {mend}")
     numbers = {key: given.number(x, f"{who}: {key}") for key, x in stiffness.items() if key not in PLACES}
     bearing = _moved(_of_directions(who, directions, [numbers.get(key, np.inf) for key in keys]), at)
-    if of.kind != "helical":  # whose motion is none of these directions
+    if not KINDS[of.kind].has_pitch:  # whose motion is none of these directions
         bearing = Flexibility(_without(bearing.compliance, motion), _independent(bearing.loose - motion @ (motion.T @ bearing.loose)))
     along = _of_directions(who, motion, [numbers["motion"]]) if "motion" in stiffness else Flexibility(np.zeros((6, 6)), np.zeros((6, 0)))
     return Flexibility(bearing.compliance + along.compliance, np.hstack([bearing.loose, along.loose]))

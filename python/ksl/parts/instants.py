@@ -84,10 +84,10 @@ def of_hull(moved: Sequence[Moved], links: Sequence[str], most: int | None) -> C
     return chosen
 
 
-def of_stress(chosen: Chosen, moved: Sequence[Moved], stress: Mapping[str, Factors], most: int | None, axes: Mapping[str, Array] = {}) -> None:
+def of_stress(chosen: Chosen, moved: Sequence[Moved], stress: Mapping[str, Factors], most: int | None, axes: Mapping[str, Array]) -> None:
     """Adds few samples that keep a share of all combinations of the stresses (k) that factors give of a link's wrenches.
 
-    axes: {link: (3, 3)}, those of the part in the link's, of links whose factors are in the axes of a part.
+    axes: {link: (3, 3)}, the axes of its part in those of the link, by columns, of links whose factors are in the axes of a part.
     """
     for link, factors in stress.items():
         vectors = _vectors(moved, link)

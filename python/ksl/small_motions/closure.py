@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Loop
 from ksl.mechanism.states import Array
 from ksl.mechanism.stiffness import Flexibility
@@ -48,7 +49,7 @@ def closure(model: Calls, to: Directions, loop: Loop, flexibility: Flexibility |
     both = np.cross(turn_p[:, None], turn_s[None]) / 2
     angular = turn_s2 - turn_p2 - both - both.transpose(1, 0, 2)
     second = np.concatenate([linear @ R, angular @ R], axis=2)
-    if loop.kind == "universal":  # its first axis turns the second
+    if KINDS[loop.kind].has_axis2:  # its first axis turns the second
         factor = np.linalg.pinv(motion) @ displacement
         second[..., 3:] -= (np.outer(factor[0], factor[1]) + np.outer(factor[1], factor[0]))[..., None] * np.cross(*motion[3:].T) / 2
     without = way.directions[:, ~way.stiffness.any(axis=0)]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.mechanism.calls import Calls
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint
 from ksl.mechanism.states import Array
 from ksl.mechanism.stiffness import Flexibility
@@ -97,7 +98,7 @@ def directions_of(model: Calls, q: Array, flexible: Mapping[str, Flexibility]) -
     ways: list[GivingWay] = []
     motions: list[Array] = []
     for joint in model.joints:
-        first_axis = np.asarray(model.jacobian(q, f"link:{joint.child}"))[3:, joint.v_index] if joint.kind == "universal" else np.zeros(3)
+        first_axis = np.asarray(model.jacobian(q, f"link:{joint.child}"))[3:, joint.v_index] if KINDS[joint.kind].has_axis2 else np.zeros(3)
         motions.append(motion_at(joint, first_axis))
         free = joint.leader is None and not has_motor(model, joint)
         ways.append(giving_way(joint, motions[-1], flexible.get(joint.name), free))
@@ -185,7 +186,7 @@ def _first_axes(model: Calls, column: Array, joint_of: Array, motions: list[Arra
     found = np.zeros(len(joint_of), dtype=bool)
     for i, joint in enumerate(model.joints):
         own = np.flatnonzero(joint_of == i)
-        if joint.kind == "universal" and np.array_equal(column[:, own[:2]], motions[i]):
+        if KINDS[joint.kind].has_axis2 and np.array_equal(column[:, own[:2]], motions[i]):
             found[own[0]] = True
     return found
 

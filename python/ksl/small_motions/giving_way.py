@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.mechanism.joint_kinds import KINDS
 from ksl.mechanism.mechanism import Joint, Loop
 from ksl.mechanism.states import Array
 from ksl.mechanism.stiffness import Flexibility, steady_motion
@@ -31,14 +32,14 @@ def motion_at(of: Joint | Loop, first_axis: Array) -> Array:
 
     first_axis (3): that of a universal joint, in these axes at the pose; of other joints it is not used.
     """
-    if of.kind != "universal":
+    if not KINDS[of.kind].has_axis2:
         return steady_motion(of)
     return np.column_stack([np.concatenate([np.zeros(3), first_axis]), steady_motion(of)[:, 0]])
 
 
 def coefficients(of: Joint | Loop, motion: Array) -> Array:
     """The rows (n, 6) that make the motion's coordinates of a displacement."""
-    if of.kind == "helical":  # the angle; what slides besides is the bearing
+    if KINDS[of.kind].has_pitch:  # the angle; what slides besides is the bearing
         return np.concatenate([np.zeros(3), np.array(of.axis)])[None]
     return np.linalg.pinv(motion)
 

@@ -108,7 +108,7 @@ std::optional<std::vector<std::string>> known_drives(const robot_description &ro
   return all;
 }
 
-/// Those of both robots (merged).
+/// The drives of both robots, which become one (merged).
 std::optional<std::vector<std::string>> merged_drives(const robot_description &robot, const robot_description &other,
                                                       const std::string &prefix) {
   std::optional<std::vector<std::string>> all = known_drives(robot), more = known_drives(other);

@@ -153,7 +153,7 @@ public:
   /// is left as it is, if y has no effort along it.
   finding solve_inertia(const double *q, double *r, const double *y);
   bool has_massless_idle() const { return has_massless_idle_; }
-  /// The same by the factors that solve_inertia or forward_dynamics has left.
+  /// Solves Gᵀ M G x = r for another r, by the factors that solve_inertia or forward_dynamics has left.
   void solve_again(double *r) const;
 
   /// The multipliers of a motion under efforts tau (nv), which balance.

@@ -153,7 +153,7 @@ private:
     return path;
   }
 
-  /// Those of joints that no loop crosses store the same energy whatever patterns are added.  Where nothing resists in some direction, they
+  /// Compliances of joints on loops: those that no loop crosses store the same energy whatever patterns are added.  Where nothing resists in some direction, they
   /// are NaN: patterns with a wrench there are left to closed_state, which computes the states that have no finite results by the plan.
   void add_compliances() {
     plan_.compliance_of.assign(plan_.crossed.size() + t_.loops.size(), -1);
